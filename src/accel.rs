@@ -70,7 +70,7 @@ pub struct Accel {
     pub tree: AnyTree,
     /// Times, statistics and sizes.
     pub report: BuildReport,
-    /// What its file says of it; `None` for a tree that was built here.
+    /// The file that the tree comes from; `None` for a tree that was built here.
     pub file: Option<FileTree>,
     wide: OnceLock<WideBvh>,
     /// Locked by the thread that makes the wide tree in [`Accel::widen`].

@@ -92,7 +92,7 @@ impl CancelToken {
         Self { strand: Some(Arc::clone(strand)), ..self.clone() }
     }
 
-    /// What logs the task of this token, if it is logged.
+    /// The log of this token's task, if it is logged.
     pub(crate) fn strand(&self) -> Option<&Arc<Strand>> {
         self.strand.as_ref()
     }

@@ -65,7 +65,7 @@ impl TaskLog {
     }
 }
 
-/// What pieces are timed by.
+/// Clock by which pieces are timed.
 #[derive(Debug, Clone, Copy)]
 enum Clock {
     Wall(Instant),

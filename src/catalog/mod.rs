@@ -1,4 +1,4 @@
-//! What many places need and one states: plain tables of structs with function pointers, from which flags, panels, tables, rows
+//! Facts that many places need, each stated once: plain tables of structs with function pointers, from which flags, panels, tables, rows
 //! and docs follow. Knows the engine, and neither egui nor clap.
 
 pub mod settings;

@@ -1,4 +1,4 @@
-//! What clap prints: help, version, and errors about the command line.
+//! Output of clap: help, version, and errors about the command line.
 
 use std::io::{IsTerminal as _, Write as _};
 

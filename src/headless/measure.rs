@@ -175,7 +175,7 @@ impl From<Failure> for ModelFailure {
 struct Run<'a> {
     command: &'a MeasureCommand,
     rows: Vec<Measurement>,
-    /// What was read so far.
+    /// The files read so far.
     read: Protected,
     finished: Finished,
     /// Why rows are not printed any more.

@@ -32,7 +32,7 @@ pub struct TreeCommand {
     pub output: PathBuf,
 }
 
-/// What is written.
+/// Form of the output.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Tree,

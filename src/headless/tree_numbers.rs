@@ -28,7 +28,7 @@ pub struct TreeNumbers {
     pub values: Values,
 }
 
-/// What a tree file says of its tree, and what is wrong with that.
+/// Statements of a tree file about its tree, and their faults.
 #[derive(Debug, Serialize)]
 pub struct FileNumbers {
     pub tree: String,

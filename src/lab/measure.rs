@@ -153,7 +153,7 @@ fn try_once(
     Ok(())
 }
 
-/// What the rays of each wanted population cost.
+/// Cost of the rays of each wanted population.
 fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Vec<MeasuredRays>, Cancelled> {
     let settings = request(accel, view).settings;
     let of = |population| {
@@ -183,7 +183,7 @@ mod tests {
     use bvhscope_engine::tree::ContainerKind;
     use bvhscope_engine::tree::traverse::Traversal;
 
-    /// What a measurement passes, in order.
+    /// Progress of a measurement, in order.
     #[derive(Default)]
     struct Passed {
         preliminary: Vec<Vec<Measurement>>,

@@ -61,7 +61,7 @@ pub struct Measurement {
     /// Camera, program and machine; absent in rows of versions before 0.3.
     #[serde(flatten)]
     pub conditions: Option<Conditions>,
-    /// What rays of each population cost, where that was measured.
+    /// Cost of the rays of each population, where it was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub populations: Vec<MeasuredRays>,
     /// Warnings of loading the model.

@@ -1,4 +1,4 @@
-//! What to measure: a scene, the settings of a tree, and the rays.
+//! Setup of a measurement: a scene, the settings of a tree, and the rays.
 
 use std::sync::Arc;
 

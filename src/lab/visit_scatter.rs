@@ -20,7 +20,7 @@ pub const LEAST_SHOWN: f64 = 1.0;
 const WORST: usize = 12;
 /// Measured over predicted visits from which a node is bad.
 const BAD: f32 = 1.5;
-/// What of the height the nodes take that no ray visits.
+/// Part of the height for the nodes that no ray visits.
 const NEVER_SHARE: f64 = 0.1;
 
 /// A node in the scatter.

@@ -91,7 +91,7 @@ pub(super) struct Assembly {
     pub(super) warnings: Warnings,
     /// Number of points in the file, for the error message about a file without triangles.
     pub(super) point_count: u64,
-    /// What else the file holds, as in "3 lines", for the same message.
+    /// Other contents of the file, as in "3 lines", for the same message.
     pub(super) other_contents: Vec<String>,
 }
 
@@ -206,7 +206,7 @@ impl Assembly {
         true
     }
 
-    /// What the file holds instead of triangles, and why it has none.
+    /// Contents of the file in place of triangles, and why it has none.
     fn no_triangles(&self) -> String {
         let points = (self.point_count > 0).then(|| counted(self.point_count, "points"));
         let held: Vec<String> = points.into_iter().chain(self.other_contents.iter().cloned()).collect();

@@ -48,9 +48,9 @@ pub enum LoadError {
         path: PathBuf,
         /// The location in the file.
         location: FileLocation,
-        /// What was found there and what was expected.
+        /// The text found there and the expected form.
         problem: String,
-        /// What the user can do.
+        /// Remedy for the user.
         advice: String,
     },
 }

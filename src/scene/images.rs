@@ -25,7 +25,7 @@ const MAX_IMAGE: u64 = 256 << 20;
 /// Maximum number of bytes of all textures of a model.
 const MAX_TOTAL: u64 = 1 << 30;
 
-/// What an image holds.
+/// Meaning of an image's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Content {
     /// Colours or numbers, which are kept as they are.

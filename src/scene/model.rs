@@ -53,7 +53,7 @@ pub struct Scene {
     pub has_tree: bool,
     /// Every file that loading opened: the model, its buffers, material libraries and images. Empty for built-in scenes.
     pub files_read: Vec<PathBuf>,
-    /// What was skipped or repaired while loading.
+    /// Parts of the file that were skipped or repaired while loading.
     pub warnings: Warnings,
 }
 

@@ -29,7 +29,7 @@ fn windows_number(word: &[u8]) -> Option<f64> {
     Some(sign * value)
 }
 
-/// What to do about a word that is not a number.
+/// Remedy for a word that is not a number.
 pub(super) fn advice_about(word: &[u8]) -> &'static str {
     let is_number = |word: &[u8]| number(word).is_some();
     let digits = word.strip_prefix(b"-").unwrap_or(word);

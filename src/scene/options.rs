@@ -1,6 +1,6 @@
 //! Options of loading.
 
-/// What a loader may read, and which part of a file.
+/// Permissions of a loader, and the part of a file that it reads.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Allows files outside the model's folder to be read.

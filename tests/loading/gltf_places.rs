@@ -51,7 +51,7 @@ fn nodes_far_from_the_origin_keep_their_decimals() {
     document["scenes"][0]["nodes"] = json!([0, 3]);
     document["nodes"].as_array_mut().unwrap().push(json!({"mesh": 0}));
     assert_eq!(load(&document).unwrap().offset, DVec3::ZERO);
-    // What the file's floats have lost does not come back.
+    // Decimals that the file's floats have lost do not come back.
     let mut coarse = triangle();
     coarse["buffers"][0]["uri"] =
         json!(crate::hostile_gltf::data(&[4e6, 4e6, 0.0, 4e6 + 1.0, 4e6, 0.0, 4e6, 4e6 + 1.0, 0.0], &[0, 1, 2]));

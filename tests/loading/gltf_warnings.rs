@@ -1,4 +1,4 @@
-//! What a glTF file announces and the scene does not hold: each kind is counted, with its number and its first place.
+//! Announcements of a glTF file that the scene does not hold: each kind is counted, with its number and its first place.
 
 use serde_json::{Value, json};
 

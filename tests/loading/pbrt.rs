@@ -204,7 +204,7 @@ fn files_beside_the_scene_are_included() {
         assert_eq!(attributes.uvs[attributes.corners[0][2] as usize], glam::vec2(1.0, 0.0), "{:?}", found.warnings);
         assert!(found.warnings.is_empty());
     }
-    // What an included file changes stays, what an imported one changes does not.
+    // Changes by an included file stay, changes by an imported one do not.
     for (statement, name, far) in
         [("Include", "moved.pbrt", 21.0), ("Import", "moved.pbrt", 11.0), ("Include", "moved.pbrt.gz", 21.0)]
     {

@@ -1,4 +1,4 @@
-//! What an STL or PLY file announces and the scene does not hold is counted: a file for each kind, with its number and place.
+//! Announcements of an STL or PLY file that the scene does not hold are counted: a file for each kind, with its number and place.
 
 use std::path::Path;
 
@@ -96,7 +96,7 @@ fn stl_leaves_nothing_out_silently() {
     ] {
         assert_eq!(load("a.stl", &bytes), (triangles, vec![warning.to_owned()]), "{}", String::from_utf8_lossy(&bytes));
     }
-    // What many programs write gives no warning.
+    // Habits of many programs give no warning.
     let two = format!("solid a\n{FACET}endsolid a\n\nsolid b\n{FACET}endsolid b\n").into_bytes();
     for (bytes, triangles) in [(two, 2), (binary_stl("COLOR=abcd", 1, 1, 0xFFFF), 1), (binary_stl("a", 1, 1, 7), 1)] {
         assert_eq!(load("a.stl", &bytes), (triangles, Vec::new()));

@@ -1,4 +1,5 @@
-//! What a build leaves for the next build of the same triangles: while a slider is dragged, primitives are sorted once and the
+//! Memory and order that a build leaves for the next one of the same triangles: while a slider is dragged, primitives are sorted once and
+//! the
 //! nodes of discarded trees are overwritten instead of allocated anew.
 
 use std::any::Any;

@@ -46,7 +46,7 @@ pub struct TreeBuilder<'a, C: ClusterContainer> {
     finished: AtomicUsize,
 }
 
-/// What `build_tree` returns: the clusters that are left of a range, and the nodes below them.
+/// Result of `build_tree`: the clusters left of a range, and the nodes below them.
 pub struct Forest<'a, C> {
     pub clusters: ClusterStack,
     pub tasks: Vec<TaskNodes<'a, C>>,

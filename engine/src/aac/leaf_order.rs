@@ -101,7 +101,7 @@ pub fn order_leaves<C: Container>(
     Ok((primitive_indices, max_depth))
 }
 
-/// What a pair of siblings inherits from its parent.
+/// Leaves that a pair of siblings inherits from its parent.
 #[derive(Clone, Copy, Default)]
 struct PairLeaves {
     /// Index of the first leaf below the pair, within the task.

@@ -9,7 +9,8 @@
 //! | 7 | [`combine_clusters`]: upward, merge the closest clusters | `combine.rs`, by length of the list: `combine_short.rs`, `combine_long.rs` |
 //! | – | f(x), the reduction function | `reduction.rs` |
 //!
-//! What the recursion did is listed afterwards by `recursion.rs`. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`] holds what one build reuses of the last.
+//! `recursion.rs` lists the steps of the recursion afterwards. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`]
+//! holds the parts that the next build reuses.
 
 mod build_bvh;
 

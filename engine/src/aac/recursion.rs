@@ -47,7 +47,7 @@ impl ReductionStep {
     }
 }
 
-/// What a build by one thread would do, in order: left side, right side, then the range itself.
+/// The calls of a build by one thread, in order: left side, right side, then the range itself.
 pub struct Recursion {
     /// The calls of `combine_clusters` in order; the last is `combine_clusters(C, 1)` of figure 5.
     pub steps: Vec<ReductionStep>,

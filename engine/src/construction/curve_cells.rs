@@ -55,11 +55,11 @@ pub struct CurveCell {
 pub struct CellSplit {
     /// Position of the second part's first primitive in sorted order.
     pub position: u32,
-    /// What the parts differ by.
+    /// The difference between the parts.
     pub kind: CellSplitKind,
 }
 
-/// What the two parts of a cell differ by.
+/// Difference between the two parts of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CellSplitKind {
     /// A plane across an axis (0 for x, 1 for y, 2 for z) at this coordinate. The first part can be on either side along a Hilbert curve.
@@ -147,7 +147,7 @@ fn bounds_of(points: &[Vec3], token: &CancelToken) -> Result<Aabb, Cancelled> {
     Ok(bounds)
 }
 
-/// What cells are made of.
+/// Source of the cells.
 struct Cells<'a, C: ClusterContainer> {
     sorted: &'a SortedPrimitives<C>,
     /// The triangles that were sorted.

@@ -30,7 +30,7 @@ pub struct ClusterPair {
 }
 
 impl ClusterPair {
-    /// What the builder sorts pairs by: distance, then number of primitives. It then takes the one at the lower places of its list, of
+    /// The builder's order of pairs: distance, then number of primitives. It then takes the one at the lower places of its list, of
     /// which nothing is recorded; the nodes only make this order definite.
     fn key(&self) -> (u32, u32, [u32; 2]) {
         (self.distance.max(0.0).to_bits(), self.primitives, self.nodes)

@@ -12,7 +12,7 @@ use crate::tree::Container;
 
 /// A container that can be computed for eight triangles at a time.
 pub trait PrimitiveContainer: Container + Zeroable {
-    /// What is stored of a primitive's container from the computation of its code to clustering: the sphere, which is expensive to
+    /// The part of a primitive's container that is stored from the computation of its code to clustering: the sphere, which is expensive to
     /// compute, and nothing of a box.
     type CachedBounds: Copy + Zeroable + Send + Sync;
     /// The cached bounds of each of `triangles`, and its [`Self::centroid`] in the first three lanes.

@@ -94,7 +94,7 @@ struct Open {
     depth: u32,
 }
 
-/// What a node of the new tree is made of.
+/// Source of a node of the new tree.
 #[derive(Debug, Clone, Copy)]
 enum Part {
     /// A node of the old tree.

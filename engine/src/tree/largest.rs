@@ -31,7 +31,7 @@ pub fn largest_nodes(
     if count == 0 {
         return Ok(Vec::new());
     }
-    // What is smaller than this key is not among the largest: some task has found `count` larger ones.
+    // Keys below this one are not among the largest: some task has found `count` larger ones.
     let threshold = AtomicU64::new(0);
     let tasks = node_count.div_ceil(NODES_PER_TASK);
     let parts: Vec<Vec<u64>> = (0..tasks)

@@ -13,7 +13,7 @@ use super::node::Tree;
 use super::node_metrics::{area_share, visit_cost};
 use super::traverse::{LeafTriangles, Probe, Traversal, any_hit_with, closest_hit};
 
-/// What rays are traced for.
+/// Purpose of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RayQuery {
     /// The closest hit, as rays from a camera.
@@ -61,7 +61,7 @@ impl Visits {
         Ok((measured, predicted))
     }
 
-    /// What the tests of a ray that enters the root cost on average, in the unit of
+    /// Mean cost of the tests of a ray that enters the root, in the unit of
     /// [`TreeStats::sah_cost`](super::statistics::TreeStats::sah_cost): visits that are as the surface area heuristic predicts them
     /// cost just that. 0 where no ray enters the root. Takes a pass over the tree.
     pub fn cost<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<f64, Cancelled> {

@@ -149,7 +149,7 @@ impl<'a> Arrays<'a> {
         self.children.whole(node).filter(|&child| child != EMPTY_SLOT)
     }
 
-    /// What stands at a position of `indices`.
+    /// The triangle at a position of `indices`.
     #[inline(always)]
     pub fn triangle_at(&self, index: u32) -> u32 {
         self.indices_rows.whole(index).next().unwrap_or(0)

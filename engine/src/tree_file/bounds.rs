@@ -13,7 +13,7 @@ pub const MAX_COORDINATE: f32 = 1e18;
 
 /// A container as tree files have it: its numbers in the order of its fields.
 pub(super) trait FileContainer: Container + Pod {
-    /// What is wrong with it, where all its numbers are finite.
+    /// The fault of these bounds, where all their numbers are finite.
     fn problem(&self) -> Option<BoundsProblem>;
     /// By how much `inner` sticks out, in world units; negative or 0 where it does not.
     fn excess_of(&self, inner: &Self) -> f64;

@@ -1,6 +1,6 @@
 //! Bounds that no tree can have.
 
-/// What is wrong with the bounds of a node.
+/// Fault of a node's bounds.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BoundsProblem {
     /// A number is NaN, infinite or too large.

@@ -41,7 +41,7 @@ pub enum TreeFileError {
         field: &'static str,
         /// Its value as JSON, shortened.
         found: String,
-        /// What it may be.
+        /// The allowed values.
         expected: &'static str,
     },
     /// The header does not say where an array begins.
@@ -84,7 +84,7 @@ pub enum TreeFileError {
     Memory {
         /// Estimated peak in bytes.
         needed: u64,
-        /// What the caller allows.
+        /// The caller's limit.
         allowed: u64,
     },
     /// The mesh has another number of triangles.
@@ -159,7 +159,7 @@ pub enum TreeFileError {
         node: u32,
         /// Position in `indices`.
         index: u32,
-        /// What stands there.
+        /// The index found there.
         triangle: u32,
         /// Number of triangles.
         triangles: u32,
@@ -169,7 +169,7 @@ pub enum TreeFileError {
     Bounds {
         /// The node.
         node: u32,
-        /// What is wrong.
+        /// The fault.
         problem: BoundsProblem,
     },
     /// A corner that is not finite or too far away.
@@ -198,7 +198,7 @@ pub enum TreeFileError {
 }
 
 impl TreeFileError {
-    /// What whoever wrote the file can do, in a few words.
+    /// A remedy for the author of the file, in a few words.
     pub const fn advice(&self) -> &'static str {
         match self {
             Self::Cancelled(_) => "read it again",

@@ -1,4 +1,4 @@
-//! What is wrong with a tree that can be shown all the same.
+//! Faults of a tree that can be shown all the same.
 
 use rayon::prelude::*;
 

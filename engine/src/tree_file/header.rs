@@ -15,7 +15,7 @@ const MAX_NAME: usize = 1000;
 /// Characters of a value that messages show.
 const SHOWN: usize = 40;
 
-/// What a tree file says of its tree beside the arrays.
+/// The header of a tree file: everything beside the arrays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Most children of a node, 2 to 32. What is written has at least the arity of the tree.

@@ -1,4 +1,4 @@
-//! What every tree file begins with, and the names of its arrays.
+//! First line of every tree file, and the names of its arrays.
 
 /// Version of the format that is read and written.
 pub const VERSION: u32 = 1;

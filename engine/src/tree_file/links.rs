@@ -75,7 +75,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// What follows from the links. Numbers of nodes are those of the file.
+/// Order and parents that follow from the links. Numbers of nodes are those of the file.
 pub(super) struct Links {
     /// The nodes that the root reaches, in depth-first order.
     pub order: Vec<u32>,

@@ -12,10 +12,10 @@ use crate::cancel::CancelToken;
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::tree::{AnyTree, ContainerKind, Node, Tree};
 
-/// What is read from a tree file.
+/// Contents of a tree file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeFile {
-    /// What the file says of its tree.
+    /// The file's header.
     pub header: Header,
     /// The tree. Nodes have 1 to [`Header::arity`] children, leaves any number of primitives.
     pub tree: AnyTree,
@@ -25,7 +25,7 @@ pub struct TreeFile {
     pub empty_nodes: u32,
     /// The number that each node of the tree has in the file; `None` where all have the same.
     pub numbers: Option<Vec<u32>>,
-    /// What is wrong with the tree; one entry per kind, in the order of [`FaultKind::ALL`](super::FaultKind::ALL).
+    /// Faults of the tree; one entry per kind, in the order of [`FaultKind::ALL`](super::FaultKind::ALL).
     pub faults: Vec<Fault>,
 }
 
@@ -71,7 +71,7 @@ impl TreeFile {
     ///
     /// # Errors
     ///
-    /// What cannot be shown: see [`TreeFileError`]. What can be shown and is wrong is in [`TreeFile::faults`].
+    /// A [`TreeFileError`] for files that cannot be shown. Faults of a tree that can be shown are in [`TreeFile::faults`].
     pub fn read(
         bytes: &[u8],
         mesh: Option<&[Triangle]>,

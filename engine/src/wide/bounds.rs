@@ -1,4 +1,4 @@
-//! What containers wide trees are made of, and how eight of them are tested side by side.
+//! Containers of wide trees, and how eight of them are tested side by side.
 
 use std::fmt::Debug;
 

@@ -19,7 +19,7 @@ impl<C: WideContainer> WideTree<C> {
         let mut nodes = vec![Node { container: root.container, first: 0, count: 0 }];
         let mut primitive_indices = Vec::with_capacity(self.leaves.triangle_count());
         let (mut steps, mut max_depth) = (0_usize, 0);
-        // What is still to be written: the reference, its number and its depth.
+        // Nodes still to be written: the reference, its number and its depth.
         let mut open = vec![(first, 0, 0_u32)];
         while let Some((child, number, depth)) = open.pop() {
             steps += 1;

@@ -1,4 +1,4 @@
-//! What must hold for every tree: the validator accepts what builders make and rejects each kind of damage, tests are
+//! Properties of every tree: the validator accepts what builders make and rejects each kind of damage, tests are
 //! counted right, statistics are finite.
 
 use bvhscope_engine::builders::build_binary;
@@ -62,7 +62,7 @@ fn every_builder_makes_valid_trees_with_finite_numbers() {
     }
 }
 
-/// What the validator says about a tree of boxes after `damage`.
+/// The validator's error about a tree of boxes after `damage`.
 fn complaint(damage: impl FnOnce(&mut Tree<Aabb>)) -> String {
     let triangles = trees::soup(40, 0.2, 1);
     let AnyTree::Aabb(mut tree) = trees::halved::<Aabb>(&triangles, 3) else { unreachable!("asked for boxes") };

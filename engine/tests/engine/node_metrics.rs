@@ -28,7 +28,7 @@ fn family<C: Container>(root: C, children: [C; 2], counts: [u32; 2]) -> Tree<C> 
     Tree { nodes, primitive_indices: (0..counts[0] + counts[1]).collect(), max_depth: 1 }
 }
 
-/// What the two children of the root have in common.
+/// The intersection of the root's two children.
 fn first_intersection<C: Container>(tree: &Tree<C>, node: u32) -> Option<C> {
     intersections_of_children(tree, node).next()
 }

@@ -1,4 +1,4 @@
-//! What is copied as text: the whole state as one line, which can be pasted again, and all statistics.
+//! Text for the clipboard: the whole state as one line, which can be pasted again, and all statistics.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

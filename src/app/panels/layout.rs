@@ -105,7 +105,7 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
     dock::show(ui, state);
 }
 
-/// What is painted over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
+/// Paints over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::lines::scaffold(ui, rect, state);
     over::lines::ray(ui, rect, state);

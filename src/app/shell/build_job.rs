@@ -179,7 +179,7 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
                 }
                 let Ok(wide) = pool.run("build", threads, || accel.widen(token)) else { return None };
                 log::debug!("collapsed in {:.1?}, after {:.1?}", wide.collapse_time, start.elapsed());
-                // What only panels and clicks need is computed once the picture has had the cores.
+                // Data for panels and clicks is computed once the picture has had the cores.
                 wait_for_first_frame(token);
                 if !token.is_cancelled() {
                     // No other build has followed, so the buffers for reuse are freed.

@@ -233,7 +233,7 @@ mod tests {
         rail.set_pending(second, false);
         request(&mut rail);
         assert!(!rail.is_busy(), "once");
-        // What was given up is not tried again by itself.
+        // A cancelled request is not tried again by itself.
         rail.read_again();
         request(&mut rail);
         assert!(rail.stop());

@@ -15,7 +15,7 @@ const FRAME_BUDGET: Duration = Duration::from_micros(33_600);
 /// Least part of [`FRAME_BUDGET`] that is left for tracing where drawing takes longer than the rest: below, the picture would only
 /// get coarser.
 const MIN_TRACING: f64 = 0.3;
-/// What a coarseness may be: close to each other, because each doubling shows, and few, because each has textures of its own. At
+/// The values of coarseness: close to each other, because each doubling shows, and few, because each has textures of its own. At
 /// most one ray for 8×8 pixels.
 const STEPS: [f32; 10] = [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 /// A picture that is requested within this time after the last belongs to the same movement.

@@ -1,4 +1,4 @@
-//! What the command line sets before the window opens.
+//! Options of the command line, applied before the window opens.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ pub struct StartOptions {
     pub overrides: CliOverrides,
     /// The camera for the first model.
     pub camera: Option<CameraChoice>,
-    /// What loading a model may do.
+    /// Permissions of the loader.
     pub load: LoadOptions,
     /// The file in which settings are saved; `None` saves none.
     pub settings_file: Option<PathBuf>,
@@ -84,7 +84,7 @@ pub struct CliOverrides {
     pub leaves_only: Option<bool>,
     /// Draw all depths above as well.
     pub parents: Option<bool>,
-    /// What the colour of a container stands for.
+    /// Meaning of the containers' colours.
     pub color_by: Option<ColorBy>,
     /// Opacity of lines behind the surface.
     pub hidden_alpha: Option<f32>,

@@ -191,7 +191,7 @@ impl Passes<'_> {
         Ok(())
     }
 
-    /// What there is to show; `None` before each tree has a picture.
+    /// The newest result; `None` before each tree has a picture.
     fn result(&self, last: bool) -> Option<Rendered> {
         let [first, second] = &self.newest;
         if second.is_none() && self.job.key.second.is_some() {

@@ -20,7 +20,7 @@ use bvhscope_engine::cancel::CancelToken;
 /// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
 const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
 
-/// What a file is chosen for.
+/// Purpose of a chosen file.
 #[derive(Debug, Clone, Copy)]
 enum Chosen {
     Model,
@@ -29,7 +29,7 @@ enum Chosen {
 
 /// How the file dialog ended.
 struct Answer {
-    /// What it was for.
+    /// Its purpose.
     of: Chosen,
     /// The chosen file.
     path: Option<PathBuf>,

@@ -27,7 +27,7 @@ const SAVE_DELAY: Duration = Duration::from_millis(800);
 /// The settings of the last run; parts that are missing or damaged are `None`.
 #[derive(Default)]
 pub(crate) struct Restored {
-    /// What was wanted.
+    /// The settings of model, tree and picture.
     pub wanted: Option<Wanted>,
     /// The preferences.
     pub preferences: Option<Preferences>,

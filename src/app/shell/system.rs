@@ -1,4 +1,4 @@
-//! What the window has to do with the system: errors and loss of the graphics device; a clipboard that cannot be reached, which is
+//! The window's dealings with the system: errors and loss of the graphics device; a clipboard that cannot be reached, which is
 //! found out once at start because the window's library does not say so; its size at start; Ctrl-C and termination requests, which
 //! close it as its button does, because some graphics drivers crash where a process exits while their threads draw.
 

@@ -1,4 +1,4 @@
-//! What the user can request: every action, and the effects that panels and commands ask the shell for.
+//! Requests of the user: every action, and the effects that panels and commands ask the shell for.
 
 use std::path::PathBuf;
 

@@ -31,7 +31,7 @@ impl JobStatus {
     }
 }
 
-/// What the workers are doing.
+/// Jobs of the workers.
 #[derive(Debug, Clone, Default)]
 pub struct Activity {
     /// The model being loaded.
@@ -42,7 +42,7 @@ pub struct Activity {
     pub render: Option<JobStatus>,
     /// The measurement of the view "Paper", running or waiting.
     pub measure: Option<JobStatus>,
-    /// What the view "Paper" has measured, by experiment.
+    /// Measurements of the view "Paper", by experiment.
     pub measured: HashMap<Experiment, PaperResult>,
     /// The first running background study.
     pub study: Option<JobStatus>,
@@ -103,7 +103,7 @@ impl Severity {
 pub struct Message {
     /// How serious it is.
     pub severity: Severity,
-    /// What happened, where, why, and what to do about it.
+    /// Event, place, reason and remedy.
     pub text: String,
     /// When it was posted.
     pub since: Instant,

@@ -1,4 +1,4 @@
-//! What of the window is open, its size and its focus; the dock; the graphics adapter.
+//! Open parts of the window, its size and its focus; the dock; the graphics adapter.
 
 use std::sync::Arc;
 

@@ -52,7 +52,7 @@ use bvhscope_engine::tree::survival::Survival;
 
 /// State of the window.
 pub struct AppState {
-    /// What the user wants to see.
+    /// The user's settings of model, tree and picture.
     pub wanted: Wanted,
     /// The loaded model and what is on the screen.
     pub model: Model,
@@ -60,7 +60,7 @@ pub struct AppState {
     pub activity: Activity,
     /// Selected, hidden and hovered parts.
     pub selection: SelectionState,
-    /// What the dock's views show.
+    /// State of the dock's views.
     pub lab: LabState,
     /// Messages to the user.
     pub messages: MessageLog,
@@ -100,7 +100,7 @@ impl AppState {
         self.lab.survival.get(&first.accel, &OtherTree::new(&second.accel))
     }
 
-    /// What the viewport shows: the wanted view where there is what it takes, else the first tree.
+    /// The content of the viewport: the wanted view where its trees are there, else the first tree.
     pub fn shown_view(&self) -> CompareView {
         let Some(second) = self.wanted.second.filter(|_| self.model.second.is_some()) else { return CompareView::A };
         match second.view {

@@ -15,7 +15,7 @@ use crate::render::Frame;
 use crate::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::geometry::Aabb;
 
-/// What is on the screen. Tree and picture are swapped as a unit, so that picture, overlay and numbers always agree.
+/// Tree and picture on the screen. They are swapped as a unit, so that picture, overlay and numbers always agree.
 #[derive(Clone)]
 pub struct Presented {
     /// The tree, with its scene and build report.
@@ -91,7 +91,7 @@ pub struct Difference {
 pub struct Model {
     /// The newest loaded scene, which may not be presented yet.
     pub loaded: Option<Arc<Scene>>,
-    /// What is on the screen; `None` until the first picture.
+    /// The tree and picture on the screen; `None` until the first picture.
     pub presented: Option<Presented>,
     /// The second tree of the presented scene; `None` while there is none, and until its first picture.
     pub second: Option<Presented>,

@@ -57,7 +57,7 @@ impl Experiment {
         }
     }
 
-    /// What is measured, in one sentence.
+    /// The measurement, in one sentence.
     pub const fn description(self) -> &'static str {
         match self {
             Self::Tables => "Box against sphere: build time, trace time and tests per ray of the present tree settings",

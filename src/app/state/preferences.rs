@@ -50,7 +50,7 @@ pub struct Preferences {
     /// The dock above the depth bar.
     #[serde(alias = "paper_open", deserialize_with = "layout::dock_from_saved")]
     pub dock: Dock,
-    /// What the view "Paper" measures.
+    /// Measurements of the view "Paper".
     pub paper: PaperPlan,
     /// Recently opened files, newest first.
     pub recent: Vec<PathBuf>,

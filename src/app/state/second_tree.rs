@@ -27,7 +27,7 @@ impl TreeSide {
     }
 }
 
-/// What the viewport shows of two trees.
+/// View of two trees in the viewport.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum CompareView {
     /// The picture through A.
@@ -76,7 +76,7 @@ impl CompareView {
 pub struct SecondTree {
     /// How it is built; everything else is shared with the first tree.
     pub build: BuildSettings,
-    /// What the viewport shows of the two.
+    /// View of the two in the viewport.
     #[serde(default)]
     pub view: CompareView,
     /// Where the seam of [`CompareView::Split`] lies, as a fraction of the viewport's width from the left.

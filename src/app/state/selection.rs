@@ -43,7 +43,7 @@ pub struct SecondNodes {
     pub with: Option<u32>,
 }
 
-/// What the user points at.
+/// Nodes, triangle and pixel that the user points at.
 #[derive(Debug, Clone, Default)]
 pub struct SelectionState {
     /// Nodes that the overlay highlights or omits.

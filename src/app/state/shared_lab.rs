@@ -1,4 +1,4 @@
-//! What the views of the dock show, as part of the state that is copied as one line.
+//! State of the dock's views, as part of the state that is copied as one line.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use crate::render::{RayKind, RayStart};
 use bvhscope_engine::construction::{Cut, MergeOrder};
 use bvhscope_engine::geometry::{Aabb, Ray};
 
-/// What the views of the dock show.
+/// State of the dock's views.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedLab {
     /// The kind of rays that visits are measured by.
@@ -84,7 +84,7 @@ impl SharedRay {
 }
 
 impl LabState {
-    /// What of it another window needs to show the same.
+    /// The part that another window needs to show the same.
     pub fn shared(&self) -> SharedLab {
         #[rustfmt::skip]
         let Self {

@@ -17,7 +17,7 @@ use crate::text::{quote, unquote};
 
 /// Version of the line. A line of another version is refused.
 const VERSION: u32 = 1;
-/// What comes before the quoted state in a line that was copied.
+/// The text before the quoted state in a line that was copied.
 const COMMAND: &str = "bvhscope --state ";
 
 /// Everything that another person needs to see the same.
@@ -31,11 +31,11 @@ pub struct SharedState {
     pub show_containers: bool,
     /// Name of the open view of the dock.
     pub dock: Option<String>,
-    /// What is selected and hidden.
+    /// Selected and hidden nodes.
     pub nodes: SharedNodes,
-    /// What the views of the dock show.
+    /// State of the dock's views.
     pub lab: SharedLab,
-    /// What the view "Paper" measures and how it shows that.
+    /// Measurements of the view "Paper" and how it shows them.
     pub paper: PaperPlan,
 }
 
@@ -126,7 +126,7 @@ impl SharedState {
     }
 }
 
-/// What of `value` differs from `default`; `None` where nothing does. Objects are compared member by member where they have the
+/// The part of `value` that differs from `default`; `None` where nothing does. Objects are compared member by member where they have the
 /// same members, so that the variants of an enum stay whole.
 fn difference(default: &Value, value: Value) -> Option<Value> {
     match (default, value) {

@@ -1,4 +1,4 @@
-//! What a view of the laboratory derives from the presented tree, on a thread of its own; another tree as a parameter
+//! Data that a view of the laboratory derives from the presented tree, on a thread of its own; another tree as a parameter
 //! of it.
 
 use std::sync::{Arc, Weak};
@@ -9,7 +9,7 @@ use crate::accel::{Accel, is_same};
 #[derive(Debug)]
 pub struct Study<K, V> {
     known: Option<Known<K, V>>,
-    /// What was cancelled, which is not derived again until the user wants it after all.
+    /// The cancelled inputs, for which nothing is derived again until the user wants it after all.
     cancelled: Option<(Weak<Accel>, K)>,
 }
 

@@ -16,7 +16,7 @@ use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What the user wants to see. Panels edit it; the workers follow.
+/// The user's settings of model, tree and picture. Panels edit it; the workers follow.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wanted {
     /// The model.

@@ -130,7 +130,7 @@ impl<K: PartialEq, Q: Send + 'static, R: Send + 'static> Latest<K, Q, R> {
     }
 }
 
-/// What a worker with a job in flight has come to.
+/// State of a worker's job in flight.
 pub(crate) enum Polled<R> {
     /// No result yet.
     Running,

@@ -16,7 +16,7 @@ const MOST_TRIANGLES: u32 = 1 << 17;
 pub(super) struct Counterparts {
     /// The first and the second tree.
     trees: [Weak<Accel>; 2],
-    /// What is selected in the second tree, to be found in the next one.
+    /// The node selected in the second tree, to be found in the next one.
     identity: Option<(u32, NodeIdentity)>,
 }
 

@@ -89,7 +89,7 @@ pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
 /// Restores a selection in the presented tree: the same triangle, and in place of the selected node the ancestor of its triangle
 /// at the same depth, or the triangle's leaf where that depth is not reached.
 pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelection) {
-    // What is selected in the second tree stays.
+    // The selection in the second tree stays.
     let of_second = (state.selection.second, state.selection.side);
     pick(state, selection.picked);
     (state.selection.second, state.selection.side) = of_second;

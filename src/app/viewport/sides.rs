@@ -1,4 +1,4 @@
-//! What is drawn of one tree or two: the picture with its containers, two pictures side by side, or the difference.
+//! The viewport of one tree or two: the picture with its containers, two pictures side by side, or the difference.
 
 use std::sync::Arc;
 

@@ -22,7 +22,7 @@ pub(crate) struct Axes {
     axes: [Axis; 2],
 }
 
-/// What is written around a pair of axes.
+/// Texts around a pair of axes.
 #[derive(Default)]
 pub(crate) struct Lettering<'a> {
     /// Above them, from the left edge.

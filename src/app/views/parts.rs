@@ -20,7 +20,7 @@ pub(super) const ROW_HEIGHT: f32 = 18.0;
 /// Gap between two columns in points.
 pub(super) const GAP: f32 = 12.0;
 
-/// What is presented; says `otherwise` what to do where that is nothing.
+/// The presented tree and picture; shows `otherwise`, a hint, where there are none.
 pub(super) fn presented(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
     if state.model.presented.is_none() {
         empty_view(ui, otherwise);
@@ -168,7 +168,7 @@ pub(super) fn wait_for<K: PartialEq, V>(
     }
 }
 
-/// What is said while a view has nothing to show: that its job is running, waits, or was stopped, with a button to begin again.
+/// The line of a view that has nothing to show: its job is running, waits, or was stopped, with a button to begin again.
 /// Returns whether to begin again.
 pub(super) fn waiting(ui: &mut Ui, is_cancelled: bool, text: &str) -> bool {
     let mut again = false;

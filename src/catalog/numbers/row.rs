@@ -1,4 +1,4 @@
-//! What rows of numbers are made of: values for fields that most rows leave out, and readers that several share.
+//! Parts of rows of numbers: values for fields that most rows leave out, and readers that several share.
 
 use serde_json::Value;
 

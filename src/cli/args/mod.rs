@@ -134,7 +134,7 @@ pub struct ViewerArgs {
     pub refuse_buffer: bool,
 }
 
-/// What is around the model in a picture that is written.
+/// Surroundings of the model in a picture that is written.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
     /// Background where no surface is: dark, light, white or transparent [default: dark]

@@ -11,7 +11,7 @@ use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// What `--camera` names.
+/// A value of `--camera`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ViewArg {
     Named(NamedView),

@@ -11,7 +11,7 @@ use crate::lab::measurement::Measurement;
 use crate::lab::quantity::{Verdict, verdict};
 use crate::text::count;
 
-/// What the column "ready" adds to the one before it.
+/// Note of the column "ready".
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
 
 /// Times, tests, costs and sizes of each tree.

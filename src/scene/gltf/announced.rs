@@ -10,13 +10,13 @@ use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// What to do about unknown extensions.
+/// Remedy for unknown extensions.
 const UNPACK: &str = "convert the file with 'gltf-transform optimize --compress false --texture-compress false IN OUT'";
 
-/// What to do about glTF 1.0.
+/// Remedy for glTF 1.0.
 pub(super) const UPGRADE: &str = "convert it with 'gltf-pipeline -i IN -o OUT', or export the model as glTF 2.0";
 
-/// What to do about textures in KTX2 files.
+/// Remedy for textures in KTX2 files.
 pub(super) const UNPACK_TEXTURES: &str = "convert them with 'gltf-transform ktxdecompress IN OUT'";
 
 /// A version "major.minor".

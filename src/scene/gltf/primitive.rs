@@ -35,7 +35,7 @@ pub(super) struct Primitive {
     /// Vertex indices of each triangle, all in range.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: usize,
-    /// What is missing of it: the number, the kind, and the place in the primitive with details.
+    /// Missing parts: the number, the kind, and the place in the primitive with details.
     pub(super) faults: Vec<(u64, String, String)>,
 }
 

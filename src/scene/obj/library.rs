@@ -47,7 +47,7 @@ const WITHOUT_EFFECT: [&[u8]; 16] = [
     b"map_ps",
 ];
 
-/// What follows a keyword.
+/// Value behind a keyword.
 #[derive(Clone, Copy)]
 enum Value {
     Color,

@@ -1,4 +1,4 @@
-//! What statements of a material library are made of: numbers, colours, and textures with their options.
+//! Values in statements of a material library: numbers, colours, and textures with their options.
 
 use glam::Vec3;
 
@@ -27,7 +27,7 @@ pub(super) fn color(text: &[u8]) -> Option<Vec3> {
     color.is_finite().then(|| color.max(Vec3::ZERO))
 }
 
-/// What a texture statement says.
+/// Value of a texture statement.
 pub(super) struct TextureName<'a> {
     /// The name of the file.
     pub(super) name: &'a [u8],

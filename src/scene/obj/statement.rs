@@ -18,7 +18,7 @@ pub(super) struct Fault {
 #[derive(Clone, Copy)]
 pub(super) struct Statement<'a> {
     pub(super) keyword: &'a [u8],
-    /// What follows the keyword.
+    /// The text behind the keyword.
     pub(super) rest: &'a [u8],
     /// Number of its first line, from 1.
     pub(super) line: u64,

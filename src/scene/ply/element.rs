@@ -1,4 +1,4 @@
-//! What the header of a PLY file declares: tables of elements, their columns, and how numbers are written.
+//! Declarations in the header of a PLY file: tables of elements, their columns, and how numbers are written.
 
 /// How numbers are written.
 #[derive(Clone, Copy, PartialEq, Eq)]

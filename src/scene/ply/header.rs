@@ -16,7 +16,7 @@ const CORRECT: &str = "correct the header or export the model again";
 /// Advice about a header that is too long.
 const SHORTEN: &str = "take comments out of it or export the model again";
 
-/// What the header has declared so far.
+/// The declarations read so far.
 #[derive(Default)]
 struct Declared {
     encoding: Option<Encoding>,

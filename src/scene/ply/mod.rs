@@ -71,7 +71,7 @@ pub(super) fn read_mesh(path: &Path, bytes: &[u8], token: &CancelToken) -> Resul
     Ok(PlyMesh { positions, normals, uvs, triangles: faces.corners, overlaps, warnings })
 }
 
-/// What a file holds.
+/// Contents of a file.
 struct Contents {
     vertices: Vertices,
     faces: Faces,

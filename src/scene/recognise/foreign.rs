@@ -33,7 +33,7 @@ const KINDS: &[(&str, &[Sign], &str)] = &[
     ),
     ("a Git LFS pointer", &[Text("version https://git-lfs.")], "run 'git lfs pull' in its repository"),
     ("a git-annex pointer", &[Text("/annex/objects/")], "run 'git annex get' on it in its repository"),
-    // What is in it has been unpacked.
+    // The packed file itself has been unpacked.
     ("a file packed twice by gzip", &[At(0, b"\x1F\x8B\x08")], "unpack it with 'gunzip'"),
     ("a bzip2 archive", &[Test(is_bzip2)], UNPACK),
     ("an xz archive", &[At(0, b"\xFD7zXZ\0")], UNPACK),

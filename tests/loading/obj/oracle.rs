@@ -12,7 +12,7 @@ use super::generator::LIBRARY;
 /// A corner as both readers give it: position, colour in linear RGB, texture coordinates with v down, unit normal.
 type Corner = (Vec3, Vec3, Vec2, Vec3);
 
-/// What tobj reads, with the red part of each triangle's material; -1 without one.
+/// The triangles that tobj reads, with the red part of each triangle's material; -1 without one.
 fn read_plainly(text: &str) -> Vec<([Corner; 3], f32)> {
     let settings = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let (models, materials) =

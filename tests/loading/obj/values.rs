@@ -1,4 +1,4 @@
-//! What a small OBJ file holds is what the scene has, to the number: coordinates, order, colours, texture coordinates, normals.
+//! The scene of a small OBJ file, to the number: coordinates, order, colours, texture coordinates, normals.
 
 use std::path::Path;
 

@@ -196,9 +196,9 @@ pub struct Detached {
     pub node: u32,
     /// Its parent.
     pub parent: u32,
-    /// What was its sibling.
+    /// Its former sibling.
     pub sibling: u32,
-    /// What was the parent of its parent, and is that of its sibling.
+    /// Its former grandparent, now the sibling's parent.
     pub above: u32,
 }
 

@@ -42,7 +42,7 @@ impl EndPointOverlap {
         self.sampled == self.triangles
     }
 
-    /// What an estimate is made from, in words; `None` where the value is exact.
+    /// The sample of an estimate, in words; `None` where the value is exact.
     ///
     /// ```
     /// use bvhscope_engine::tree::overlap::EndPointOverlap;
@@ -243,7 +243,7 @@ fn leaves_of_slots<C: Container>(
     Ok(leaves)
 }
 
-/// What a triangle costs in the nodes that do not hold it.
+/// Cost of a triangle in the nodes that do not hold it.
 struct Foreign {
     /// Σ cost · area of the triangle inside the node, over these nodes.
     cost: f64,

@@ -1,4 +1,4 @@
-//! What a traversal tells of a ray.
+//! Steps of a ray's traversal, as a probe receives them.
 
 /// One step of a traversal; see [`Probe`](super::Probe) for the meaning and order of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]

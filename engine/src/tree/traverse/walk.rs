@@ -61,7 +61,7 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
     let mut shear = None;
     let mut node = root;
     let mut top = 0;
-    // What the stack has no room for: nothing in a binary tree.
+    // Entries beyond the stack's capacity: none in a binary tree.
     let mut overflow: Vec<StackEntry> = Vec::new();
     loop {
         probe.visited(index_of(nodes, node));

@@ -145,7 +145,7 @@ fn parts<'a>(
     (parts, of_tasks)
 }
 
-/// What leaves are made of.
+/// Source of the leaves.
 #[derive(Clone, Copy)]
 struct Sources<'a> {
     triangles: &'a [Triangle],

@@ -116,7 +116,7 @@ fn other_corners_than_those_of_the_model_are_found() {
 fn nodes_that_nothing_reaches_are_counted() {
     let mut draft = sample();
     draft.bounds.extend([vec![f32::NAN; 6], vec![0.0; 6]]);
-    // What they say is not looked at: children that are taken, a leaf beyond the indices.
+    // Their contents are not examined: children that are taken, a leaf beyond the indices.
     draft.children.extend([vec![1, 1_000], vec![NONE, NONE]]);
     draft.leaves.extend([[0, 0], [70, 70]]);
     let file = draft.read(None).unwrap();

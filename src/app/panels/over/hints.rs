@@ -7,7 +7,7 @@ use crate::app::state::{AppState, Presented};
 use crate::app::{format, theme};
 use crate::scene::{FileFormat, format_names};
 
-/// What can be done about it.
+/// Remedy where nothing is drawn.
 enum WayOut {
     /// Hidden nodes are all that the depths hold.
     ShowAll,

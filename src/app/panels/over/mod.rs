@@ -1,4 +1,4 @@
-//! What is painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages. [`Projected`] projects
+//! Everything painted over the viewport: legends, axes gizmo, facts of the hovered pixel, messages. [`Projected`] projects
 //! points of the scene to points of the window.
 
 pub(super) mod compare;

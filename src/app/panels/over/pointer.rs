@@ -73,7 +73,7 @@ fn note(ui: &Ui, rect: Rect, at: Pos2, text: &str) {
     ui.painter().galley(back.min + vec2(8.0, 4.0), galley, palette.text);
 }
 
-/// What the menu offers, in groups.
+/// Entries of the menu, in groups.
 const GROUPS: [&[(Action, &str)]; 3] = [
     &[
         (Action::SelectParent, "Select parent"),

@@ -132,7 +132,7 @@ fn milliseconds(ms: f64) -> Duration {
     Duration::from_secs_f64(ms.max(0.0) / 1e3)
 }
 
-/// What stands below the build time: fastest and slowest of the repetitions, or what was reused.
+/// The line below the build time: fastest and slowest of the repetitions, or the number of reused stages.
 fn build_remark(shown: &Presented) -> Option<String> {
     let spread = shown.accel.whole_builds().and_then(|times| times.spread);
     let spread = spread.map(|ends| {

@@ -67,7 +67,7 @@ fn heading(ui: &mut Ui, state: &AppState, selected: Option<&(Presented, u32)>) {
     });
 }
 
-/// What is hidden, and whether its triangles are.
+/// Rows of the hidden nodes, with the switch that hides their triangles.
 fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let missing = state.selection.hidden.missing();
     if missing > 0 {

@@ -89,7 +89,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     }
 }
 
-/// What is known of the build of a tree that was read from a file.
+/// Rows about the build of a tree that was read from a file.
 fn file_rows(ui: &mut Ui, state: &mut AppState, file: &FileTree) {
     let name = file.name();
     let shown = format::elide_middle(&name, (ui.available_width() / 11.0) as usize);

@@ -11,10 +11,10 @@ use crate::lab::icicle::{Icicle, IcicleWidth};
 use crate::lab::node_values::{KnownVisits, MetricScale, NodeValues};
 use crate::overlay::NodeTable;
 
-/// What the widths of an icicle are made from.
+/// Inputs of an icicle's widths.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IcicleInputs {
-    /// What widths stand for.
+    /// Meaning of the widths.
     pub width: IcicleWidth,
     /// The measured visits, where widths stand for them.
     pub visits: Option<KnownVisits>,
@@ -23,9 +23,9 @@ pub struct IcicleInputs {
 /// The icicle of the presented tree.
 #[derive(Debug)]
 pub struct IcicleState {
-    /// What widths stand for.
+    /// Meaning of the widths.
     pub width: IcicleWidth,
-    /// What colours stand for.
+    /// Meaning of the colours.
     pub color: &'static Metric,
     /// For each node what the width of all below it is made of.
     pub sums: Study<IcicleInputs, Vec<f32>>,

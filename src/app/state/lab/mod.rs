@@ -1,4 +1,4 @@
-//! What the views of the dock show: parameters that the user chose, and what was derived from the presented tree. The
+//! State of the dock's views: parameters that the user chose, and data derived from the presented tree. The
 //! curve through the primitives' centres.
 
 mod icicle;
@@ -35,7 +35,7 @@ pub struct LabState {
     pub outline: Outline,
     /// The curve that the primitives are sorted along.
     pub curve: CurveState,
-    /// What in the model or its tree makes rays slow.
+    /// Problems of the model or its tree that make rays slow.
     pub findings: Study<(), Vec<Finding>>,
     /// The nodes of the first tree that the second has too, and the other way round.
     pub survival: Study<OtherTree, [Survival; 2]>,
@@ -73,21 +73,21 @@ impl LabState {
         self.visits.resume();
     }
 
-    /// What the list of worst nodes of `accel` is to be made from; `None` while visits are needed and not known.
+    /// Inputs of the list of worst nodes of `accel`; `None` while visits are needed and not known.
     pub fn ranking_inputs(&self, accel: &Arc<Accel>) -> Option<RankingInputs> {
         let order = self.nodes.order;
         let visits = self.needed_visits(accel, order.metric.needs_visits).ok()?;
         Some(RankingInputs { order, visits })
     }
 
-    /// What the widths of the icicle of `accel` are to be made from; `None` while visits are needed and not known.
+    /// Inputs of the widths of `accel`'s icicle; `None` while visits are needed and not known.
     pub fn icicle_inputs(&self, accel: &Arc<Accel>) -> Option<IcicleInputs> {
         let width = self.icicle.width;
         let visits = self.needed_visits(accel, width == IcicleWidth::Visits).ok()?;
         Some(IcicleInputs { width, visits })
     }
 
-    /// What the scatter of the nodes of `accel` is to be made from; `None` while its visits are not known.
+    /// Inputs of the scatter of `accel`'s nodes; `None` while its visits are not known.
     pub fn scatter_inputs(&self, accel: &Arc<Accel>) -> Option<ScatterInputs> {
         let rays = self.rays(&accel.scene)?;
         let visits = KnownVisits(Arc::clone(self.visits.get(accel, &rays)?));
@@ -142,7 +142,7 @@ impl AtRestState {
     }
 }
 
-/// What is drawn of the curve, by level of the recursion.
+/// The drawn part of the curve, by level of the recursion.
 #[derive(Debug)]
 pub struct CurveState {
     /// Whether it is drawn.

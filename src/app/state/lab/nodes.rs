@@ -11,7 +11,7 @@ use crate::lab::node_ranking::NodeOrder;
 use crate::lab::node_values::KnownVisits;
 use crate::overlay::NodeTable;
 
-/// What a ranking is made from.
+/// Inputs of a ranking.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RankingInputs {
     /// Which nodes, in which order.

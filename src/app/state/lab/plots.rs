@@ -19,7 +19,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
 /// Most trees of a session that are kept: those that were built last.
 const MOST_TREES: usize = 512;
 
-/// What is plotted.
+/// Kind of a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum PlotKind {
     /// Predicted against measured visits; a dot is a node.
@@ -44,7 +44,7 @@ impl PlotKind {
         }
     }
 
-    /// What it shows, in one sentence.
+    /// Its subject, in one sentence.
     pub const fn meaning(self) -> &'static str {
         match self {
             Self::Nodes => "Measured against predicted visits of each node: above the line the SAH expects too few",
@@ -236,7 +236,7 @@ impl SessionTrees {
     }
 }
 
-/// What the scatter of nodes is made from.
+/// Inputs of the scatter of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatterInputs {
     /// The rays.
@@ -248,7 +248,7 @@ pub struct ScatterInputs {
 /// The view "Plots".
 #[derive(Debug, Default)]
 pub struct PlotsState {
-    /// What is plotted.
+    /// The kind of plot.
     pub kind: PlotKind,
     /// Which trees.
     pub set: TreeSet,

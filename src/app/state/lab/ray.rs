@@ -37,7 +37,7 @@ pub struct RaySource {
 pub struct RayState {
     /// Where the ray comes from; `None` until the user has chosen one.
     pub source: Option<RaySource>,
-    /// What it is traced for.
+    /// Its purpose.
     pub kind: RayKind,
     /// The traversal.
     pub method: RayMethod,
@@ -47,7 +47,7 @@ pub struct RayState {
     pub typed: [String; 2],
     /// Why the typed ray cannot be taken.
     pub fault: Option<String>,
-    /// What happened to the record without the user's doing.
+    /// An event of the record that the user did not cause.
     pub remark: Option<&'static str>,
     /// The record.
     pub record: Study<RayRequest, RayOutcome>,
@@ -193,7 +193,7 @@ impl RayState {
         Some((Arc::clone(shown), is_same(tree, accel)))
     }
 
-    /// What [`RayState::follow`] returned last.
+    /// The last result of [`RayState::follow`].
     pub fn shown(&self) -> Option<&Arc<RayOutcome>> {
         self.source?;
         self.shown.as_ref().map(|(_, shown)| shown)

@@ -10,13 +10,13 @@ use crate::app::state::state_line::SharedState;
 /// A step of a lesson.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LessonStep {
-    /// What the window shows.
+    /// State of the window.
     pub state: SharedState,
     /// Two or three sentences; `{name}` stands for a measured number.
     pub caption: String,
     /// A question that the next step answers; empty where there is none.
     pub question: String,
-    /// What must be true of the measured numbers, so that the caption is.
+    /// Conditions on the measured numbers under which the caption is true.
     pub checks: Vec<Check>,
 }
 

@@ -9,7 +9,7 @@ use crate::app::state::state_line::SharedState;
 pub struct Lesson {
     /// Its name in the menu.
     pub title: String,
-    /// What one learns, in a sentence.
+    /// Subject of the lesson, in a sentence.
     pub about: String,
     /// Its steps; at least one.
     pub steps: Vec<LessonStep>,

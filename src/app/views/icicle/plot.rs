@@ -113,7 +113,7 @@ impl Plot<'_> {
             let mut node = node.filter(|&node| (node as usize) < shown.table.len());
             while let Some(at) = node {
                 if let Some(cell) = self.layout.icicle.cell_of(at) {
-                    // What is narrow is widened, so that the mark is seen.
+                    // Narrow cells are widened, so that the mark is seen.
                     let rect = self.rect_of(cell).expand2(vec2(if cell.is_narrow { 1.0 } else { 0.0 }, 0.0));
                     let stroke = Stroke::new(width, color);
                     ui.painter().rect_stroke(rect, CornerRadius::same(1), stroke, StrokeKind::Inside);

@@ -49,7 +49,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// What is shown until the merges are known.
+/// The view until the merges are known.
 fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let study = &mut state.lab.merges.study;
     let cancelled = MergeOrder::ALL.iter().any(|order| study.is_cancelled(&shown.accel, order));

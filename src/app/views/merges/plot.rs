@@ -211,7 +211,7 @@ fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, colo
     text(pos2(axes.plot.right(), bottom), Align2::RIGHT_BOTTOM, format::count(u64::from(steps)));
 }
 
-/// What is under the pointer.
+/// Facts about the step under the pointer.
 fn tip(merges: &Merges, axes: &StepPlot, stops: &[(f32, usize)], pointer: egui::Pos2, steps: u32) -> String {
     let step = axes.step(pointer.x, steps);
     let mut lines = Vec::new();

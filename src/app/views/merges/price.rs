@@ -54,7 +54,7 @@ fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
 }
 
-/// What the comparison found.
+/// The result of the comparison.
 fn result(ui: &mut Ui, state: &mut AppState, node: u32, comparison: &ExactComparison) {
     let palette = theme::palette(ui);
     let percent = format::percent((comparison.ratio() - 1.0).abs());

@@ -1,4 +1,4 @@
-//! What the view "Merges" derives from the presented tree: its construction, cuts, choices and the exact tree beside it.
+//! Data that the view "Merges" derives from the presented tree: its construction, cuts, choices and the exact tree beside it.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 

@@ -40,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     });
 }
 
-/// What is said in place of an empty list.
+/// The line in place of an empty list.
 fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let is_ranked = state.lab.nodes.ranking.of_tree(&shown.accel).is_some();
     let without_rays = parts::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);

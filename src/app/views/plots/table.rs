@@ -1,4 +1,4 @@
-//! What is plotted, for other programs: as tab-separated text, and as plots to be drawn into a file.
+//! Plots for other programs: as tab-separated text, and as plots to be drawn into a file.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use crate::lab::visit_scatter::{LEAST_SHOWN, ScatterNode, node_in};
 /// Most nodes in a table, the first of the tree, which are the largest.
 const MOST_ROWS: usize = 100_000;
 
-/// What the file of the plot is called after its model.
+/// The part of the plot's file name behind its model.
 pub(super) const fn stem(state: &AppState) -> &'static str {
     match state.lab.plots.kind {
         PlotKind::Nodes => "visits",
@@ -24,7 +24,7 @@ pub(super) const fn stem(state: &AppState) -> &'static str {
     }
 }
 
-/// What is plotted as tab-separated text, and a note that it was copied.
+/// The plotted values as tab-separated text, and a note that they were copied.
 pub(super) fn tsv(state: &AppState, shown: &Presented) -> (String, String) {
     if state.lab.plots.kind == PlotKind::Nodes {
         let (text, count) = nodes_tsv(state, shown);

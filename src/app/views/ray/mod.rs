@@ -63,7 +63,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// What was wrong with a typed ray, or happened to the record.
+/// The fault of a typed ray, or an event of the record.
 fn remark(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
     let ray = &state.lab.ray;

@@ -134,7 +134,7 @@ fn zoom(ui: &Ui, response: &Response, zoom: &mut Option<[f32; 2]>, rect: Rect, r
     *zoom = Some([from, from + length]);
 }
 
-/// What the pointer is at; what the strip shows where that is nothing.
+/// Facts about the span under the pointer; about the strip where there is none.
 fn tip(pointed: Option<&Span>) -> String {
     let Some(span) = pointed else {
         return "The ray from left to right, a row for each depth of the tree. Filled: visited, and a nearer hit was found in it. \

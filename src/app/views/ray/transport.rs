@@ -174,7 +174,7 @@ fn tests(counts: TestCounts) -> String {
     format!("{}, {}", format::counted(containers, "container test"), format::counted(primitives, "triangle test"))
 }
 
-/// What the heat map shows for the pixel of the ray, where one is shown from the same camera.
+/// The heat map's value at the pixel of the ray, where one is shown from the same camera.
 fn heat_here(state: &AppState, shown: &Presented) -> Option<f32> {
     let RaySource { start: RayStart::Pixel([x, y]), camera, size_px } = state.lab.ray.source? else { return None };
     let frame = &shown.frame;

@@ -1,4 +1,4 @@
-//! What the user chose in the view "Merges", and the step that follows from it.
+//! The user's choices in the view "Merges", and the step that follows from them.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use bvhscope_engine::construction::{Cut, ExactComparison, MergeChoice, MergeOrde
 /// Merges a second at which a construction plays at first.
 const SPEED: f64 = 20.0;
 
-/// What the overlay draws while the view is open.
+/// Nodes that the overlay draws while the view is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum CutKind {
     /// The clusters that stand at the step.
@@ -39,7 +39,7 @@ pub enum MergePage {
     Price,
 }
 
-/// What the user chose in the view, and what was derived for it.
+/// The user's choices in the view, and the data derived for them.
 #[derive(Debug)]
 pub struct MergesState {
     /// The merges of the presented tree; an error says why there are none.
@@ -62,13 +62,13 @@ pub struct MergesState {
     pub speed: f64,
     /// Number of merges at the end that the plot shows; `None` for all.
     pub window: Option<u32>,
-    /// What the overlay draws.
+    /// Nodes that the overlay draws.
     pub cut_kind: CutKind,
     /// Largest area of a cut, as a fraction of the root's.
     pub cut_area: f32,
     /// Largest number of triangles of a cut.
     pub cut_triangles: u32,
-    /// What is shown beside the plot.
+    /// The page beside the plot.
     pub page: MergePage,
     /// The selected node whose merge was shown last.
     pub followed: Option<u32>,
@@ -225,7 +225,8 @@ impl MergesState {
         };
     }
 
-    /// What cluster colours show: that cut, or the clusters of the present step of the merges of `accel`, where they are known.
+    /// The clusters that cluster colours show: that cut, or the clusters of the present step of the merges of `accel`, where they are
+    /// known.
     pub fn cluster_cut(&self, accel: Option<&Arc<Accel>>) -> Option<ClusterCut> {
         if let Some(cut) = self.wanted_cut() {
             return Some(ClusterCut { cut, merges: None });

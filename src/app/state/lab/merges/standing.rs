@@ -1,4 +1,4 @@
-//! What is derived from a tree for the view "Merges", and the clusters that the overlay draws in place of a range of depths.
+//! Data derived from a tree for the view "Merges", and the clusters that the overlay draws in place of a range of depths.
 
 use std::collections::HashSet;
 use std::sync::Arc;
