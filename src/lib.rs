@@ -2,7 +2,7 @@
 //! agglomerative clustering (AAC), and shows the tree.
 //!
 //! This package is the viewer and its commands. The engine (geometry, trees, builders, traversal) is a crate of its own,
-//! [`bvhscope_engine`]: triangles in, tree and hits out; it knows nothing of this one.
+//! [`bvhscope_engine`]: triangles in, tree and hits out; it depends on nothing here.
 //!
 //! # Map of the code
 //!

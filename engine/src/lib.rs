@@ -43,7 +43,7 @@
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
 //! | `bvh` | both trees and the report of the build as one value | | [`build`], [`Bvh`] |
 //!
-//! None of them knows files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
+//! None of them depends on files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
 //! calling thread, rays on the calling thread.
 
 pub mod geometry;

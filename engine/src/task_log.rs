@@ -45,7 +45,7 @@ impl TaskLog {
         Arc::new(Self { clock: Clock::Wall(Instant::now()), records: Mutex::default() })
     }
 
-    /// An empty log of the times that `clock` tells the thread that asks it, such as that for which the thread was running.
+    /// An empty log with a per-thread `clock`, such as processor time.
     pub fn with_clock(clock: fn() -> Duration) -> Arc<Self> {
         Arc::new(Self { clock: Clock::Given(clock), records: Mutex::default() })
     }

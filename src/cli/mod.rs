@@ -1,6 +1,6 @@
 //! The command line: parses flags into resolved settings, runs the command and sets the exit code.
 //!
-//! The only module that knows flags; knows nothing of how a command works. Start at [`main`].
+//! The only module that knows flags; independent of how a command works. Start at [`main`].
 
 mod args;
 #[cfg(test)]
@@ -224,7 +224,7 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
     Ok(finished)
 }
 
-/// The number of threads to work with; says so where more were asked for.
+/// The number of threads to work with; reports where more were asked for.
 fn usable_threads(requested: Option<usize>) -> usize {
     let threads = resolve::threads(requested);
     if let Some(requested) = requested.filter(|&requested| requested > threads) {

@@ -1,4 +1,4 @@
-//! Parsers of flag values. Each error says what was expected; clap adds the flag and the given text.
+//! Parsers of flag values. Each error states what was expected; clap adds the flag and the given text.
 
 pub use crate::text::{parse_direction as direction, parse_vector as vector};
 

@@ -17,7 +17,7 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 /// The failure of a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// Something cannot be used or done; the text says what and why. Exit code 1.
+    /// Something cannot be used or done; the text states what and why. Exit code 1.
     #[error("{0}")]
     Failed(String),
     /// Invalid combination of settings. Exit code 2.

@@ -20,7 +20,7 @@ pub struct Progress {
     follower: Option<Follower>,
 }
 
-/// The thread: ends when told, and says that it has.
+/// The drawing thread. Stops on request and confirms it.
 struct Follower {
     stop: Sender<()>,
     ended: Receiver<()>,

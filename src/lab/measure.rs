@@ -20,7 +20,7 @@ pub enum LabError {
     /// The measurement was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The measurement is impossible; the text says why.
+    /// The measurement is impossible; the text states why.
     #[error("{0}")]
     Refused(String),
 }

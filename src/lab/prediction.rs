@@ -8,7 +8,7 @@ use super::population::Population;
 use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use bvhscope_engine::tree::ContainerKind;
 
-/// Fewest trees of which a correlation says anything.
+/// Fewest trees for which a correlation means anything.
 const FEWEST_TREES: usize = 3;
 /// Steps in which the best α is looked for.
 const ALPHA_STEPS: u32 = 100;

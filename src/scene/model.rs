@@ -136,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// Makes the smooth normals of a file that has none; a warning says where they do not fit into the memory budget.
+    /// Makes the smooth normals of a file that has none; a warning states where they do not fit into the memory budget.
     pub(super) fn prepare_normals(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
         if self.has_normals() {
             return Ok(());

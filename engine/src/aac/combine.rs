@@ -124,7 +124,7 @@ mod tests {
         nodes
     }
 
-    /// Merging as the paper says it, without the code that does it in lanes.
+    /// Merging as in the paper, without the code that does it in lanes.
     trait Plain: ClusterContainer {
         fn distance(&self, other: &Self) -> f32;
         fn around(&self, other: &Self) -> Self;

@@ -34,7 +34,7 @@ pub enum BuildError {
     /// The build was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The settings do not allow these triangles; the text says why, and what to do.
+    /// The settings do not allow these triangles; the text states why, and what to do.
     #[error("{0}")]
     Refused(String),
 }

@@ -79,7 +79,7 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     /// spheres. Empty where the two are disjoint.
     #[must_use]
     fn intersection_bounds(&self, other: &Self) -> Self;
-    /// A random line through the container, distributed as [`RandomLines`](crate::tree::random_lines::RandomLines) says. `random`
+    /// A random line through the container, distributed as in [`RandomLines`](crate::tree::random_lines::RandomLines). `random`
     /// gives independent numbers, uniform in 0 to 1 (exclusive).
     fn random_line(&self, random: impl FnMut() -> f64) -> Ray;
 }

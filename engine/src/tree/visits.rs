@@ -48,7 +48,7 @@ impl Visits {
         f64::from(area_share(tree, node)) * f64::from(self.root_hits())
     }
 
-    /// Number of visits of all nodes, measured and as [`Visits::predicted`] says. Takes a pass over the tree.
+    /// Number of visits of all nodes, measured and by [`Visits::predicted`]. Takes a pass over the tree.
     pub fn sums<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<(u64, f64), Cancelled> {
         let (mut measured, mut predicted) = (0, 0.0);
         for (node, &count) in self.counts.iter().enumerate() {

@@ -82,7 +82,7 @@ impl TriangleBlock<'_> {
     #[inline(always)]
     fn corners<S: Simd>(&self, simd: S, shift: u32) -> [f32x4<S>; 3] {
         let count = self.count();
-        // A shift takes less time than a multiplication. At most 24; the mask tells the compiler that the window is never left.
+        // A shift takes less time than a multiplication. At most 24; by the mask the compiler sees that the window is never left.
         let start = (self.starts() >> (shift & 31) & 31) as usize;
         each!(corner => f32x4::from_slice(simd, &self.window[start + corner * count..][..BLOCK]))
     }

@@ -53,7 +53,7 @@ pub(super) fn bookmark_here(state: &AppState) -> Option<usize> {
     own.find(|(_, known)| known.camera == state.wanted.camera).map(|(index, _)| index)
 }
 
-/// Sets the camera to a bookmark; says so where it was made for another model.
+/// Sets the camera to a bookmark; reports where it was made for another model.
 pub(super) fn go_to_bookmark(state: &mut AppState, index: usize) {
     let Some(Bookmark { name, source, camera }) = state.preferences.bookmarks.get(index).cloned() else { return };
     state.wanted.camera = camera;

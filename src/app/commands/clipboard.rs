@@ -42,7 +42,7 @@ pub fn shared_state(state: &AppState) -> SharedState {
     }
 }
 
-/// Shows the state of a line that was pasted; says so where that is not possible, and changes nothing then.
+/// Shows the state of a line that was pasted. One that holds none is reported and changes nothing.
 pub fn paste_state(state: &mut AppState, text: &str) {
     match SharedState::parse(text).and_then(|shared| with_model_here(state, shared)) {
         Ok((shared, note)) => {

@@ -23,7 +23,7 @@ struct MeasureJob {
 /// The rows measured so far.
 struct Measured {
     rows: Vec<Measurement>,
-    /// How the job ended, `None` while it runs; the error says why nothing more can be measured.
+    /// How the job ended, `None` while it runs; the error states why nothing more can be measured.
     end: Option<Result<(), String>>,
 }
 

@@ -10,7 +10,7 @@ use crate::app::viewport::picking;
 use crate::lab::diff::DifferenceMap;
 use crate::render::Frame;
 
-/// Presents `tree` with its picture. `hides` tells whether that leaves triangles out. Selected and hidden nodes move to the
+/// Presents `tree` with its picture. `hides` states whether that leaves triangles out. Selected and hidden nodes move to the
 /// corresponding nodes of the new tree, or are cleared with a new scene. Returns whether the scene is a new one.
 pub(crate) fn present_tree(
     tree: BuiltTree,
@@ -44,7 +44,7 @@ pub(crate) fn present_tree(
     !same_scene
 }
 
-/// Replaces the picture of the presented tree by `frame`, which was traced through the same tree. `hides` tells whether it
+/// Replaces the picture of the presented tree by `frame`, which was traced through the same tree. `hides` states whether it
 /// leaves triangles out.
 pub(crate) fn present_frame(presented: &mut Presented, frame: &Arc<Frame>, frame_id: u64, hides: bool) {
     if Arc::ptr_eq(&presented.frame, frame) {

@@ -37,7 +37,7 @@ struct ShownPictures {
 }
 
 impl ShownPictures {
-    /// The pictures that `key` asks for too, and whether each is complete.
+    /// The pictures that `key` demands too, and whether each is complete.
     fn for_key(&self, key: &RenderKey) -> ([Option<Arc<Frame>>; 2], [bool; 2]) {
         let same_view = self.key.is_same_view(key);
         let second = self.key.second.as_ref().zip(key.second.as_ref());

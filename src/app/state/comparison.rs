@@ -64,7 +64,7 @@ pub struct Counted {
 
 impl Counted {
     /// Adds a picture to what was `counted` so far, which is replaced where it belongs to another view. Coarse pictures and those
-    /// without counts change nothing. `hides` tells whether triangles of the picture are hidden.
+    /// without counts change nothing. `hides` states whether triangles of the picture are hidden.
     pub fn observe(counted: &mut Option<Self>, frame: &Frame, hides: bool) {
         let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1.0) else { return };
         let view = (!hides).then(|| Circumstances::of(frame));

@@ -1,4 +1,4 @@
-//! State of the window: plain values that panels read, commands change and workers follow. Starts no work and knows no egui.
+//! State of the window: plain values that panels read, commands change and workers follow. Starts no work and depends on no egui.
 
 mod wanted;
 

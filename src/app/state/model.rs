@@ -37,7 +37,7 @@ pub struct Presented {
 }
 
 impl Presented {
-    /// A tree with its first picture, which follows nothing. `hides` tells whether triangles of the picture are hidden.
+    /// A tree with its first picture, which follows nothing. `hides` states whether triangles of the picture are hidden.
     pub fn new(
         accel: Arc<Accel>,
         table: Arc<NodeTable>,

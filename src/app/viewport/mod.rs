@@ -1,5 +1,5 @@
 //! The viewport: the traced picture with the containers drawn over it, and the mouse and keys that act on it. It edits the
-//! camera and the selection; it knows no panels and starts no work but writing a screenshot.
+//! camera and the selection; it depends on no panels and starts no work but writing a screenshot.
 
 mod view;
 

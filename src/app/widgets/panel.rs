@@ -111,7 +111,7 @@ fn section_id(name: &str) -> Id {
     Id::unique(("section", name))
 }
 
-/// Where the open state of all sections is kept until [`sections`] asks for it.
+/// Where the open state of all sections is kept until [`sections`] takes it.
 fn known_id() -> Id {
     Id::unique("known sections")
 }

@@ -85,7 +85,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
     })
 }
 
-/// The camera of a bookmark; says so where it was kept for another model.
+/// The camera of a bookmark; reports where it was kept for another model.
 #[cfg(feature = "gui")]
 fn bookmark(name: &str, source: &SceneSource) -> Result<CameraChoice, Failure> {
     let found = crate::app::saved_bookmark(name, source).map_err(|known| {

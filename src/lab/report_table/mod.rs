@@ -1,4 +1,4 @@
-//! Measurements as aligned tables for people. Pure text: knows neither files nor terminals.
+//! Measurements as aligned tables for people. Pure text: depends on neither files nor terminals.
 
 mod aligned;
 mod format;

@@ -71,7 +71,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The bytes of a file that the scene names, unpacked; the inner error says why it cannot be read.
+/// The bytes of a file that the scene names, unpacked; the inner error states why it cannot be read.
 pub(super) fn read_named(name: &str, images: &Images) -> Result<Result<Vec<u8>, String>, LoadError> {
     let bytes = match images.read_relative(name) {
         Ok(bytes) => unpacked(Path::new(name), Cow::Owned(bytes), images.token),

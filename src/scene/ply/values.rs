@@ -157,7 +157,7 @@ impl<'a> Source<'a> {
         if length >= 0.0 && length <= left && length.fract() == 0.0 {
             return Ok(length as u64);
         }
-        // A number of 300 digits says no more than its magnitude.
+        // A number of 300 digits holds no more than its magnitude.
         let shown = if length.abs() < 1e15 { format!("{length}") } else { format!("{length:e}") };
         Err(self.fault(format!("a list of {shown} entries does not fit into the {left} bytes that follow")))
     }

@@ -62,7 +62,7 @@ impl EndPointOverlap {
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
 /// Where triangles coincide, each lies in nearly every node: once the samples have visited some thousand nodes each on average,
-/// the rest of them is left out, and the overlap is estimated from fewer. The result tells how many there were; it is the same
+/// the rest of them is left out, and the overlap is estimated from fewer. The result has their number; it is the same
 /// on any number of threads.
 ///
 /// A triangle in several leaves counts once, and is held by all of them and the nodes above them. 0 for a tree without overlap

@@ -2,7 +2,7 @@
 
 use super::ray_event::RayEvent;
 
-/// Observer of the traversal of one ray: told of each test and, if it asks for events, of all that the traversal does. A probe
+/// Observer of the traversal of one ray: receives each test and, if it wants events, every step of the traversal. A probe
 /// that does nothing costs nothing.
 ///
 /// `node` is the index of a node of a [`Tree`](crate::tree::Tree), of any arity. In a [`wide`](crate::wide) tree it is
@@ -72,7 +72,7 @@ pub trait Probe {
     fn tested(&mut self, primitive_index: u32, t: Option<f32>) {
         self.event(RayEvent::Triangle { index: primitive_index, t });
     }
-    /// The nearest hit is now at `t`. A block of primitives tells the nearest of its hits.
+    /// The nearest hit is now at `t`. A block of primitives reports the nearest of its hits.
     #[inline(always)]
     fn nearer(&mut self, t: f32) {
         self.event(RayEvent::Nearer { t });

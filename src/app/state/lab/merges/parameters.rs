@@ -42,7 +42,7 @@ pub enum MergePage {
 /// The user's choices in the view, and the data derived for them.
 #[derive(Debug)]
 pub struct MergesState {
-    /// The merges of the presented tree; an error says why there are none.
+    /// The merges of the presented tree; an error states why there are none.
     pub study: Study<MergeOrder, Result<MergeStudy, String>>,
     /// Why the two clusters of the present step were merged.
     pub choice: Study<ChoiceOf, Option<MergeChoice>>,
