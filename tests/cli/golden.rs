@@ -40,14 +40,15 @@ fn run(args: &[&str]) -> String {
 
 /// Whether the value of a JSON name differs from run to run or between machines.
 fn is_masked(name: &str) -> bool {
-    let of_machine = ["mtriangles_per_s", "output", "simd", "version", "commit", "machine", "date", "command_line"];
+    let of_machine = ["mtriangles_per_s", "output", "simd", "version", "machine", "date", "command_line"];
     name.contains("_ms") || name.contains("mrays_per_s") || of_machine.contains(&name)
 }
 
 /// A JSON object with one name a line, sorted, without masked values.
 fn listed(value: &Value, name: &str, text: &mut String) {
     match value {
-        Value::Object(fields) => fields.iter().for_each(|(field, value)| {
+        // Only builds by make know their commit.
+        Value::Object(fields) => fields.iter().filter(|(field, _)| *field != "commit").for_each(|(field, value)| {
             let path = if name.is_empty() { field.clone() } else { format!("{name}.{field}") };
             if is_masked(field) {
                 text.push_str(&format!("{path}: masked\n"));

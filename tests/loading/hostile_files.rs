@@ -262,7 +262,7 @@ fn memory_for_a_file_is_checked_before_it_is_read() {
         (points, "60MB", "the vertices would need"),
         (faces, "60MB", "the faces would need"),
         (fan, "60MB", "the faces would need"),
-        (stl, "50MB", "the triangles would need"),
+        (stl, "60MB", "the triangles would need"),
         (bomb, "100MB", "the unpacked file would need"),
         (json, "200MB", "the JSON would need"),
         (uri, "130MB", "the JSON would need"),

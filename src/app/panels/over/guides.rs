@@ -107,8 +107,7 @@ fn content(ui: &mut Ui, state: &mut AppState, index: usize, card: &Card, availab
             };
             let text = RichText::new(label).color(ui.visuals().selection.stroke.color);
             let next = ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip);
-            let entered =
-                ui.memory(|memory| memory.focused().is_none()) && ui.input(|input| input.key_pressed(Key::Enter));
+            let entered = !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(Key::Enter));
             if next.clicked() || entered {
                 state.layout.tour = Some(index + 1);
                 if last {
