@@ -2,7 +2,6 @@
 
 pub use crate::text::{parse_direction as direction, parse_vector as vector};
 
-use super::args::ViewArg;
 use super::named::named;
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
@@ -10,6 +9,7 @@ use crate::budget::MemoryLimit;
 use crate::catalog::settings::Number;
 use crate::render::Exposure;
 use crate::scene::SceneSource;
+use crate::view::NamedView;
 
 /// Maximum width and height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -33,6 +33,14 @@ where
         Ok(value) if low <= value && value <= high => Ok(value),
         _ => Err(format!("a whole number from {low} to {high} is expected")),
     }
+}
+
+/// A value of `--camera`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViewArg {
+    Named(NamedView),
+    /// A camera of the file, counted from 0.
+    OfFile(usize),
 }
 
 /// Parses the name of a view, or the number of a camera of the file.

@@ -49,7 +49,7 @@ const VIEWER: Plan = Plan {
         ("budget", &["*"]),
         ("worker", &["*"]),
         ("export", &["console", "threads", "budget", "worker"]),
-        ("camera", &["*"]),
+        ("camera", &["text", "catalog", "console", "threads", "provenance", "budget", "worker", "export"]),
         ("scene", &["console", "threads", "worker", "export", "camera"]),
         ("view", &["console", "threads", "budget", "worker", "export"]),
         ("section", &["*"]),

@@ -14,7 +14,7 @@ pub use measure::{
     BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs, TraceArgs,
     TreesFromFilesArgs,
 };
-pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs, ViewArg};
+pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 pub use ray::RayArgs;
 pub use shared::{BuildArgs, LoadArgs, StrictLoadArgs, TreeFileArgs};
 

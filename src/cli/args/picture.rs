@@ -4,20 +4,12 @@ use clap::Args;
 use glam::Vec3;
 
 use crate::cli::named::{help, named, simd};
-use crate::cli::values;
+use crate::cli::values::{self, ViewArg};
 use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
-
-/// A value of `--camera`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ViewArg {
-    Named(NamedView),
-    /// A camera of the file, counted from 0.
-    OfFile(usize),
-}
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]

@@ -1,7 +1,8 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
 use crate::catalog::settings::Given;
-use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs, ViewArg};
+use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs};
+use crate::cli::values::ViewArg;
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;

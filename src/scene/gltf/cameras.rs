@@ -5,8 +5,6 @@ use std::f64::consts::FRAC_PI_4;
 use glam::{DMat4, DVec3};
 use serde_json::{Map, Value};
 
-use super::document::Document;
-use super::nodes::Hierarchy;
 use crate::scene::assemble::Assembly;
 use crate::scene::error::FileLocation;
 use crate::scene::file_camera::Lens;
@@ -45,10 +43,11 @@ pub(super) fn take(document: &mut Map<String, Value>) -> Vec<Camera> {
     cameras
 }
 
-/// Adds each camera, wherever a node of the scene carries it. One that looks along -z, with y up.
-pub(super) fn place(document: &Document, hierarchy: &Hierarchy, assembly: &mut Assembly) {
-    for (index, camera) in document.cameras.iter().enumerate() {
-        let worlds = || camera.nodes.iter().filter_map(|&node| hierarchy.worlds.get(node).copied().flatten());
+/// Adds each camera, wherever a node of the scene carries it, which is where `worlds` has the node's transform. It looks along -z, with
+/// y up.
+pub(super) fn place(cameras: &[Camera], worlds: &[Option<DMat4>], assembly: &mut Assembly) {
+    for (index, camera) in cameras.iter().enumerate() {
+        let worlds = || camera.nodes.iter().filter_map(|&node| worlds.get(node).copied().flatten());
         let is_sound = camera.fov_y.is_some() || camera.half_height.is_some();
         if !is_sound || worlds().next().is_none() {
             let what = "cameras without a view or a place in the scene left out";

@@ -52,7 +52,7 @@ pub(super) fn load(
     document.decoded = draco::decode_all(&document, token)?;
     let hierarchy = nodes::hierarchy(path, &document, options.scene, &mut assembly.warnings, token)?;
     let accessors = Accessors::new(&document);
-    cameras::place(&document, &hierarchy, assembly);
+    cameras::place(&document.cameras, &hierarchy.worlds, assembly);
     let copies = plan(path, &document, &accessors, hierarchy, assembly, token)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);
