@@ -16,8 +16,8 @@ use crate::support::process::{PATIENCE, Running, Signal};
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
 
 /// Samples of each pixel: enough to compare pictures by, in a quarter of the time. Screenshots that are kept have as many as users see.
-static SAMPLES: LazyLock<&str> =
-    LazyLock::new(|| if std::env::var_os("UPDATE_SCREENSHOTS").is_some() { "16" } else { "4" });
+pub static SAMPLES: LazyLock<u32> =
+    LazyLock::new(|| if std::env::var_os("UPDATE_SCREENSHOTS").is_some() { 16 } else { 4 });
 
 /// The viewer's log line for the last sample of each pixel.
 pub static LAST_SAMPLE: LazyLock<String> = LazyLock::new(|| format!(", {} samples a pixel", *SAMPLES));
@@ -117,7 +117,7 @@ impl Desktop {
         let mut command = self.command(program[0]);
         command.args(&program[1..]).args(arguments);
         if program.contains(&PROGRAM) {
-            command.args(["--samples", *SAMPLES]);
+            command.args(["--samples", &SAMPLES.to_string()]);
         }
         command
     }

@@ -14,7 +14,7 @@ use image::codecs::png::{CompressionType, FilterType as RowFilter, PngEncoder};
 use image::imageops::{FilterType, crop_imm, resize};
 use image::{ImageEncoder as _, RgbImage};
 
-use crate::desktop::Desktop;
+use crate::desktop::{Desktop, SAMPLES};
 use crate::screen::{Screenshot, VIEWPORT, Window};
 
 const MODELS: [(&str, &str); 3] =
@@ -191,7 +191,9 @@ fn tour() -> Vec<(&'static str, SharedState)> {
 #[test]
 fn the_laboratory_looks_as_the_tour_shows_it() {
     let mut different = Vec::new();
-    for (name, state) in tour() {
+    for (name, mut state) in tour() {
+        // A state takes the place of flags.
+        state.wanted.render.samples = *SAMPLES;
         let desktop = Desktop::with_screen(&format!("{}x{}x24", TOUR[0], TOUR[1]));
         let preferences =
             Preferences { greeted: true, toured: true, left_open: false, right_open: false, ..Preferences::default() };
