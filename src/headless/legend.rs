@@ -5,7 +5,9 @@ use plotters::prelude::*;
 
 use crate::lab::diff::diverging;
 use crate::lab::plot::{Axis, Scale, font, text_width, tick_text};
-use crate::overlay::{self, ColorBy, NodeTable, OverlaySettings, Role, Shown};
+#[cfg(feature = "gui")]
+use crate::overlay::Role;
+use crate::overlay::{self, ColorBy, NodeTable, OverlaySettings, Shown};
 use crate::render::{Background, Frame, Shading};
 
 /// Narrowest picture that has a legend unless one is asked for, in pixels.

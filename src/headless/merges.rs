@@ -6,8 +6,11 @@ use std::sync::Arc;
 #[cfg(feature = "gui")]
 use super::cluster_artist::{Artist, KEYS};
 use super::context::{Context, Failure, Finished, camera_of, in_pool};
+#[cfg(feature = "gui")]
 use super::legend;
-use super::picture::{check_written, note_written, write_png};
+#[cfg(feature = "gui")]
+use super::picture::note_written;
+use super::picture::{check_written, write_png};
 use super::progress::Progress;
 use crate::accel::Accel;
 use crate::console::note;
