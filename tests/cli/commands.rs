@@ -282,10 +282,10 @@ fn check_plot(path: &Path, command: &str) {
                 "Relative to δ = ",
                 "Build time (ms)",
                 "Trace time, binary tree (ms)",
-                "Tests per ray",
+                "Tests per entering ray",
                 "SAH cost",
             ],
-            _ => &["Build time (ms)", "Trace time, binary tree (ms)", "Tests per ray", "SAH cost"],
+            _ => &["Build time (ms)", "Trace time, binary tree (ms)", "Tests per entering ray", "SAH cost"],
         };
         for label in labels {
             assert!(text.contains(label), "{command}: '{label}' is missing");

@@ -87,6 +87,6 @@ fn an_interrupted_table_is_printed_as_far_as_it_goes() {
     let mut note = String::new();
     let (code, out, error) = interrupted_sweep(&[], |child| note = first_line(child.stderr.as_mut().unwrap()));
     assert_eq!(code, Some(130), "{error}");
-    assert!(note.contains("tests per ray"), "{note}");
+    assert!(note.contains("tests per entering ray"), "{note}");
     assert!(out.starts_with("Sweep") && out.lines().count() > 4, "{out}");
 }

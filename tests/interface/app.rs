@@ -447,7 +447,7 @@ fn each_experiment_keeps_its_own_rows() {
     assert_eq!(measured[&Experiment::Thresholds].rows.len(), 10);
     assert_eq!(measured[&Experiment::Tables].rows.len(), 2);
     press(&mut harness, Experiment::Thresholds.label());
-    assert!(harness.query_by_label("Plot of Tests per ray").is_some());
+    assert!(harness.query_by_label("Plot of Tests per entering ray").is_some());
     press(&mut harness, Experiment::Tables.label());
     assert!(harness.query_by_label_contains("mean of the ratios").is_none(), "there is one scene");
     press(&mut harness, Experiment::Threads.label());

@@ -39,9 +39,9 @@ fn the_paper_panel_switches_between_tables_and_plots() {
     let mut s = state(Shading::Lit);
     with_rows(&mut s, Experiment::Thresholds);
     let mut h = harness(s);
-    assert!(h.query_by_label("Plot of Tests per ray").is_some());
+    assert!(h.query_by_label("Plot of Tests per entering ray").is_some());
     press(&mut h, "Tables");
-    assert!(h.query_by_label("Plot of Tests per ray").is_none());
+    assert!(h.query_by_label("Plot of Tests per entering ray").is_none());
     assert_eq!(
         h.query_all_by_label_contains("δ 8").count(),
         4,

@@ -311,12 +311,17 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
     let panels = Figure::of_rows(&rows).unwrap().charts;
     let labels: Vec<_> = panels.iter().map(|panel| panel.labels[1].as_str()).collect();
     let relative = "Relative to δ = 6";
-    let absolute =
-        ["Build time (ms)", "Trace time, binary tree (ms)", "Tests per ray", "SAH cost, box", "SAH cost, sphere"];
+    let absolute = [
+        "Build time (ms)",
+        "Trace time, binary tree (ms)",
+        "Tests per entering ray",
+        "SAH cost, box",
+        "SAH cost, sphere",
+    ];
     assert_eq!(labels, [&[relative; 2][..], &absolute].concat());
     for panel in &panels[..2] {
         let names: Vec<_> = panel.curves.iter().map(|curve| curve.name.as_str()).collect();
-        assert_eq!(names, ["Build time", "Trace time", "Tests per ray"]);
+        assert_eq!(names, ["Build time", "Trace time", "Tests per entering ray"]);
         for curve in &panel.curves {
             assert_eq!(curve.points.iter().map(|point| point.x).collect::<Vec<_>>(), [4.0, 6.0, 8.0]);
             assert_eq!(curve.points[1].y, 1.0, "{}", curve.name);

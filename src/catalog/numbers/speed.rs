@@ -43,7 +43,7 @@ pub(super) const ROWS: &[Number] = &[
     Number {
         key: "mtriangles_per_s",
         unit: "Mtri/s",
-        label: "Speed",
+        label: "Build speed",
         meaning: "Triangles built per second, in millions",
         get: |tree| known(millions_per_second(tree.triangles as u64, tree.build?.ms)),
         panel: Some(Section::Build),
@@ -126,7 +126,6 @@ pub(super) const ROWS: &[Number] = &[
         compared: Some(Compared { name: "tests/ray", ..OF_VIEW }),
         panel: Some(Section::Trace),
         column: Some(("all", "tests/ray")),
-        axis: Some("Tests per ray"),
         ..ROW
     },
     Number {
@@ -139,6 +138,7 @@ pub(super) const ROWS: &[Number] = &[
         get: |tree| single(tree.entering_tests?),
         compared: Some(Compared { name: "tests/entering ray", ..LESS }),
         column: Some(("entering", "tests/ray")),
+        axis: Some("Tests per entering ray"),
         ..ROW
     },
 ];

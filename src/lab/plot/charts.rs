@@ -330,7 +330,7 @@ fn row_charts(
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
+    use crate::catalog::numbers::rows::{TESTS_PER_ENTERING_RAY, TRACE_MS};
     use crate::catalog::settings::Stated;
     use crate::lab::sample::sample;
 
@@ -348,7 +348,10 @@ mod tests {
     #[test]
     fn relative_curves_are_one_at_the_papers_fast_setting() {
         let row = |threshold, build_ms: f64, trace_ms: f64, tests: f64| {
-            of_threshold(threshold).with(BUILD_MS, build_ms).with(TRACE_MS, trace_ms).with(TESTS_PER_RAY, tests)
+            of_threshold(threshold)
+                .with(BUILD_MS, build_ms)
+                .with(TRACE_MS, trace_ms)
+                .with(TESTS_PER_ENTERING_RAY, tests)
         };
         let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
         let all = charts(&rows).unwrap();
@@ -357,7 +360,7 @@ mod tests {
         let expected = [
             ("Build time", vec![(4.0, 1.5), (6.0, 1.0), (8.0, 0.5)]),
             ("Trace time", vec![(4.0, 0.5), (6.0, 1.0), (8.0, 1.5)]),
-            ("Tests per ray", vec![(4.0, 2.0), (6.0, 1.0), (8.0, 0.5)]),
+            ("Tests per entering ray", vec![(4.0, 2.0), (6.0, 1.0), (8.0, 0.5)]),
         ];
         assert_eq!(values(relative), expected);
         let series = "thing.obj, box";
@@ -368,7 +371,7 @@ mod tests {
         let spreads = |panel: &Chart| panel.curves[0].points[0].spread;
         assert_eq!([build, trace, tests, cost].map(spreads), [Some([17.0, 23.0]), Some([47.0, 61.0]), None, None]);
         let labels = [build, trace, tests, cost].map(|panel| panel.labels[1].as_str());
-        assert_eq!(labels, ["Build time (ms)", "Trace time, binary tree (ms)", "Tests per ray", "SAH cost"]);
+        assert_eq!(labels, ["Build time (ms)", "Trace time, binary tree (ms)", "Tests per entering ray", "SAH cost"]);
         assert_eq!(build.curves[0].points[0].row, Some(1), "the second row has the smallest threshold");
     }
 
@@ -376,7 +379,7 @@ mod tests {
     fn a_tree_from_a_file_is_a_line_across_a_sweep() {
         let row = |threshold, build_ms: f64| of_threshold(threshold).with(BUILD_MS, build_ms);
         let unknown = Measurement { settings: Stated::default(), ..row(6, f64::NAN) };
-        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..unknown }.with(TESTS_PER_RAY, 9.0);
+        let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..unknown }.with(TESTS_PER_ENTERING_RAY, 9.0);
         let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
         let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.curves.len(), 3);

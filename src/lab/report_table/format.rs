@@ -1,8 +1,10 @@
 //! Numbers, model names and measuring conditions as text.
 
 use crate::catalog::numbers::Number;
+use crate::catalog::numbers::rows::{BUILD_MS, TRACE_MS};
 use crate::catalog::settings::Setting;
 use crate::lab::measurement::Measurement;
+use crate::text::count;
 pub use crate::text::number;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
@@ -34,12 +36,14 @@ pub fn conditions_and_threads(rows: &[Measurement]) -> String {
 
 /// Slowest minus fastest repetition of a time of `row`, as a percentage of the median.
 pub(super) fn spread(row: &Measurement, time: &Number) -> String {
+    spread_share(row, time).map_or_else(|| "–".to_owned(), |share| format!("{:.0}", share * 100.0))
+}
+
+/// Slowest minus fastest repetition over the median; `None` where nothing was repeated.
+fn spread_share(row: &Measurement, time: &Number) -> Option<f64> {
     let median = row.number(time);
-    let Some([fastest, slowest]) = row.values.spread(time).filter(|_| !median.is_nan()) else {
-        return "–".to_owned();
-    };
-    let percent = if median > 0.0 { (slowest - fastest) / median * 100.0 } else { 0.0 };
-    format!("{percent:.0}")
+    let [fastest, slowest] = row.values.spread(time).filter(|_| !median.is_nan())?;
+    Some(if median > 0.0 { (slowest - fastest) / median } else { 0.0 })
 }
 
 /// A setting of `row`; a dash where its build does not use it.
@@ -47,7 +51,23 @@ pub(super) fn setting(row: &Measurement, setting: &Setting) -> String {
     row.settings.text(setting).unwrap_or_else(|| "–".to_owned())
 }
 
-pub(super) const SPREAD: &str = "Spread: slowest minus fastest repetition, over the median.";
+/// Spread of a time over its median, from which on the program was not alone.
+const UNSTEADY: f64 = 0.5;
+
+/// The meaning of a spread, and advice where times of `rows` vary much.
+pub(super) fn spread_note(rows: &[Measurement]) -> String {
+    let times = rows.iter().flat_map(|row| [BUILD_MS, TRACE_MS].map(|time| spread_share(row, time).unwrap_or(0.0)));
+    let most = times.fold(0.0, f64::max);
+    let advice = if most > UNSTEADY {
+        let percent = count((most * 100.0).round() as u64);
+        format!(
+            " Times vary by up to {percent} %: other programs may be running. More repetitions (--repeat) steady medians."
+        )
+    } else {
+        String::new()
+    };
+    format!("Spread: slowest minus fastest repetition, over the median.{advice}")
+}
 
 pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the paper. Speed in Mray/s: in packets through the \
                                 wide tree, as pictures are traced.";
@@ -96,7 +116,6 @@ pub fn short(model: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::BUILD_MS;
     use crate::lab::sample::sample;
 
     #[test]
@@ -108,6 +127,13 @@ mod tests {
         };
         assert_eq!(of(50.0, Some([40.0, 75.0])), "70");
         assert_eq!(of(0.0, Some([0.0, 1.0])), "0");
+        let row = |slowest: f64| {
+            let mut row = sample().with(BUILD_MS, 50.0);
+            row.values.set_spread(BUILD_MS, Some([40.0, slowest]));
+            spread_note(&[sample(), row])
+        };
+        assert!(row(75.0).contains(" vary by up to 70 %"), "{}", row(75.0));
+        assert!(!row(60.0).contains("vary"), "{}", row(60.0));
         assert_eq!(of(50.0, None), "–");
     }
 

@@ -2,7 +2,7 @@
 
 use super::aligned::ReportTable;
 use super::format::{
-    SPREAD, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread,
+    TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread, spread_note,
 };
 use crate::catalog::numbers::rows::{BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
 use crate::catalog::numbers::{NUMBERS, Number};
@@ -38,7 +38,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     table.notes.extend([READY, TRACE, TESTS].map(str::to_owned));
     table.notes.push(costs());
     table.notes.push(overlap_basis(rows));
-    table.notes.push(SPREAD.to_owned());
+    table.notes.push(spread_note(rows));
     table
 }
 
@@ -142,7 +142,7 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
         }
         table.rows.push(line);
     }
-    table.notes.push(SPREAD.to_owned());
+    table.notes.push(spread_note(rows));
     table
 }
 

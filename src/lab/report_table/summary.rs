@@ -1,7 +1,7 @@
 //! One measured row as a sentence.
 
 use super::format::{number, short, threads};
-use crate::catalog::numbers::rows::{BUILD_MS, TESTS_PER_RAY, TRACE_MS};
+use crate::catalog::numbers::rows::{BUILD_MS, TESTS_PER_ENTERING_RAY, TRACE_MS};
 use crate::lab::measurement::Measurement;
 
 /// One measurement as a sentence, printed while the table is incomplete.
@@ -17,12 +17,12 @@ pub fn summary(row: &Measurement) -> String {
         }
     };
     format!(
-        "{}, {tree}, {}: build {} ms, trace {} ms, {} tests per ray",
+        "{}, {tree}, {}: build {} ms, trace {} ms, {} tests per entering ray",
         short(&row.model),
         threads(row.threads),
         number(row.number(BUILD_MS)),
         number(row.number(TRACE_MS)),
-        number(row.number(TESTS_PER_RAY))
+        number(row.number(TESTS_PER_ENTERING_RAY))
     )
 }
 
@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn a_row_is_a_sentence() {
-        let times = "build 20.00 ms, trace 50.00 ms, 29.50 tests per ray";
+        let times = "build 20.00 ms, trace 50.00 ms, 41.50 tests per entering ray";
         let settings = sample().settings.with(&CURVE, "morton").with(&OPTIMIZE, "none");
         let plain = Measurement { settings, threads: 1, ..sample() };
         assert_eq!(summary(&sample()), format!("thing.obj, box, δ 11, ε 0.25, hilbert, collapse, 3 threads: {times}"));
