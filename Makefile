@@ -34,8 +34,7 @@ run: deps-run
 		cargo run -q --release -- $(MODEL); \
 	else \
 		echo "There is no display here, so the built-in scene is drawn into a file."; \
-		XDG_RUNTIME_DIR="$${XDG_RUNTIME_DIR:-/tmp}" cargo run -q --release -- \
-			render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png && echo "The picture is teapot.png."; \
+		cargo run -q --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
 	fi
 
 test: deps-test format lint unit headless docs

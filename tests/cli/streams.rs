@@ -214,3 +214,19 @@ fn names_cannot_drive_the_terminal() {
         assert_eq!(output.status.code(), Some(code), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
 }
+
+/// Mesa's layer for the choice among graphics cards asks for a Wayland display, whose library complains without the variable.
+#[test]
+#[cfg(feature = "gui")]
+fn a_command_has_the_last_word_where_the_session_has_no_runtime_folder() {
+    let folder = folder();
+    let mut command = Command::new(PROGRAM);
+    command.args(["render", "a.obj", "--overlay", "box", "--size", "48x32", "-o", "a.png"]).current_dir(folder.path());
+    let output = command.env_remove("XDG_RUNTIME_DIR").env_remove("NODEVICE_SELECT").output().unwrap();
+    if let Err(error) = bvhscope::overlay::Offscreen::new() {
+        crate::support::skip(crate::support::Lack::Graphics, error);
+        return;
+    }
+    let written = String::from_utf8(output.stderr).unwrap();
+    assert!(!written.contains("XDG_RUNTIME_DIR") && written.contains("wrote a.png"), "{written}");
+}
