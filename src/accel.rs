@@ -79,11 +79,20 @@ pub struct Accel {
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<EndPointOverlap>,
     hash: OnceLock<u64>,
-    whole_builds: OnceLock<Times>,
+    whole_builds: OnceLock<WholeBuilds>,
     entering_tests: OnceLock<Option<f32>>,
     ancestry: OnceLock<Ancestry>,
     /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
+}
+
+/// Repeated builds of a tree, none of which reused anything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WholeBuilds {
+    /// Times of the builds.
+    pub times: Times,
+    /// Name and duration of each stage in the build of median time.
+    pub stages: Vec<(&'static str, Duration)>,
 }
 
 /// A sequence of builds of the same scene, such as while a slider is dragged: each reuses the sorted primitives and the memory
@@ -284,14 +293,24 @@ impl Accel {
         self.hash.get().copied()
     }
 
-    /// Times of whole builds with its settings, none of which reused anything; `None` until they were measured.
-    pub fn whole_builds(&self) -> Option<Times> {
-        self.whole_builds.get().copied()
+    /// Repeated builds with its settings, none of which reused anything; `None` until they were measured.
+    pub fn whole_builds(&self) -> Option<&WholeBuilds> {
+        self.whole_builds.get()
     }
 
-    /// Keeps the times of whole builds with its settings. The first that are measured count.
-    pub fn keep_whole_builds(&self, times: Times) {
-        self.whole_builds.get_or_init(|| times);
+    /// Keeps repeated builds with its settings. The first that are measured count.
+    pub fn keep_whole_builds(&self, builds: WholeBuilds) {
+        self.whole_builds.get_or_init(|| builds);
+    }
+
+    /// Name and duration of each stage that ran: of the median of whole builds once they were measured, before that of its own build.
+    pub fn stages(&self) -> &[(&'static str, Duration)] {
+        self.whole_builds().map_or(&self.report.stages.stages, |builds| &builds.stages)
+    }
+
+    /// Names of the stages of [`Accel::stages`] that reused the result of an earlier build instead of running.
+    pub fn reused_stages(&self) -> &[&'static str] {
+        if self.whole_builds().is_some() { &[] } else { &self.report.stages.reused }
     }
 
     /// Tests of a ray that enters the root in the measuring view; `None` until they were counted, and where no ray does.

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
+use serde_json::Value;
+
 use crate::text::file_name;
 use bvhscope_engine::tree_file::{Fault, Header};
 
@@ -25,6 +27,19 @@ impl FileTree {
     /// Name of the file without its folder.
     pub fn name(&self) -> Cow<'_, str> {
         file_name(&self.path)
+    }
+
+    /// The settings that the file states, in words: "threshold=6 epsilon=0.2".
+    pub fn settings_in_words(&self) -> Option<String> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        Some(match self.header.settings.as_ref()? {
+            Value::Object(fields) => {
+                let fields: Vec<String> =
+                    fields.iter().map(|(name, value)| format!("{name}={}", text(value))).collect();
+                fields.join(" ")
+            }
+            settings => text(settings),
+        })
     }
 
     /// The name of its builder, or of the file where that is not known.

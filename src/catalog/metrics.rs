@@ -155,7 +155,7 @@ pub const EMPTY_SPACE: &Metric = &Metric {
 /// Measured over predicted visits; see [`Visits::predicted`].
 pub const VISIT_RATIO: &Metric = &Metric {
     key: "visit_ratio",
-    label: "Visits",
+    label: "Visits ÷ predicted",
     meaning: "Visits by the chosen rays, over those that its area predicts (area / root's area × rays that hit the root): the part \
               that the SAH does not know",
     term: None,

@@ -165,6 +165,12 @@ pub(super) fn draw<B: DrawingBackend>(
                 }
             }
             Colors::Named(named) => {
+                // In a narrow picture the letters are smaller, so that all names are in it.
+                let widths = named.iter().map(|(_, name)| text_width(name, text_height as u32)).sum::<i32>();
+                let room = right - left - (31 * named.len() as i32 + 16 * (named.len() as i32 - 1).max(0)) * unit;
+                let scale = (room as f32 / widths.max(1) as f32).clamp(0.5, 1.0);
+                let text_height = (text_height as f32 * scale) as i32;
+                let style = (font(), text_height).into_font().color(&ink);
                 let mut x = left;
                 for ([r, g, b], name) in named {
                     let swatch = [(x, bar_top), (x + 26 * unit, bar_bottom)];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::measurement::millis;
-use crate::accel::Accel;
+use crate::accel::{Accel, WholeBuilds};
 use crate::camera::Camera;
 use crate::catalog::reading::Times;
 use crate::render::{RenderRequest, RenderSettings, count_tests};
@@ -33,28 +33,35 @@ pub fn measure_at_rest(accel: &Arc<Accel>, token: &CancelToken) -> Result<(), Ca
         accel.keep_entering_tests(count_tests(&request, &token.part(0, 2))?.per_entering_ray());
     }
     if accel.whole_builds().is_none()
-        && let Some(times) = repeat_build(accel, &token.part(1, 2))?
+        && let Some(builds) = repeat_build(accel, &token.part(1, 2))?
     {
-        accel.keep_whole_builds(times);
+        accel.keep_whole_builds(builds);
     }
     Ok(())
 }
 
-/// Times of at least 5 whole builds and 0.2 s, or of as many as begin within 2 s. `None` of a tree from a file, where memory for a
+/// At least 5 whole builds and 0.2 s of them, or as many as begin within 2 s. `None` of a tree from a file, where memory for a
 /// second tree is missing, and where a build takes longer than that.
-fn repeat_build(accel: &Arc<Accel>, token: &CancelToken) -> Result<Option<Times>, Cancelled> {
+fn repeat_build(accel: &Arc<Accel>, token: &CancelToken) -> Result<Option<WholeBuilds>, Cancelled> {
     if accel.file.is_some() || accel.report.build_time > MOST {
         return Ok(None);
     }
     let (start, mut builds) = (Instant::now(), Vec::new());
     while (builds.len() < LEAST.0 || start.elapsed() < LEAST.1) && start.elapsed() < MOST {
         match Accel::build_binary(&accel.scene, &accel.settings, token) {
-            Ok(again) => builds.push(millis(again.report.build_time)),
+            Ok(again) => builds.push((again.report.build_time, again.report.stages.stages.clone())),
             Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
             Err(BuildError::Refused(_)) => break,
         }
     }
-    Ok((builds.len() > 1).then(|| Times::of(builds)))
+    if builds.len() < 2 {
+        return Ok(None);
+    }
+    let times = Times::of(builds.iter().map(|build| millis(build.0)).collect());
+    builds.sort_by_key(|build| build.0);
+    // Stages of one build add up to its time, medians of each stage do not. Of an even number the slower of the two in the middle.
+    let (_, stages) = builds.swap_remove(builds.len() / 2);
+    Ok(Some(WholeBuilds { times, stages }))
 }
 
 #[cfg(test)]
@@ -73,11 +80,16 @@ mod tests {
             let build = BuildSettings { container, ..BuildSettings::default() };
             let token = CancelToken::new();
             let accel = Arc::new(Accel::build(&scene, &build, &token).unwrap());
-            assert_eq!((accel.whole_builds(), accel.entering_tests()), (None, None));
+            assert!(accel.whole_builds().is_none() && accel.entering_tests().is_none());
             measure_at_rest(&accel, &token).unwrap();
-            let times = accel.whole_builds().unwrap();
+            let WholeBuilds { times, stages } = accel.whole_builds().unwrap();
             let [least, most] = times.spread.unwrap();
             assert!(least <= times.ms && times.ms <= most);
+            let whole = millis(stages.iter().map(|stage| stage.1).sum());
+            assert!(
+                times.ms - 1e-6 <= whole && whole <= most + 1e-6,
+                "{whole} in {least} to {most}, not of the first build"
+            );
             // The visits of the same view by another count.
             let settings = RenderSettings::default();
             let rays = ViewRays::new(Population::Primary, measuring_camera(&scene), [256; 2], &settings);
@@ -97,6 +109,6 @@ mod tests {
         let accel = Arc::new(Accel::build(&teapot(), &BuildSettings::default(), &token).unwrap());
         token.cancel();
         assert!(measure_at_rest(&accel, &token).is_err());
-        assert_eq!((accel.whole_builds(), accel.entering_tests()), (None, None));
+        assert!(accel.whole_builds().is_none() && accel.entering_tests().is_none());
     }
 }

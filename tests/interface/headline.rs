@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::{Window, app_of_size, presented, settle};
 use crate::panel::{harness, present, sized, state};
+use bvhscope::app::format;
 use bvhscope::app::state::comparison::{Comparison, Counted, Verdict};
 use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
 use bvhscope::catalog::numbers::Number;
@@ -184,9 +185,12 @@ fn the_headline_is_the_same_in_windows_of_three_sizes() {
         settle(&mut window);
         settle(&mut window);
         let accel = presented(&window).accel;
-        let times = accel.whole_builds().unwrap();
+        let builds = accel.whole_builds().unwrap();
         let build = text(&window, "Build time");
-        assert!(times.spread.is_some() && build.contains(" to "), "the spread is shown: {build}");
+        assert!(builds.times.spread.is_some() && build.contains(" to "), "the spread is shown: {build}");
+        let (stage, time) = builds.stages[0];
+        let shown = text(&window, &format!("Stage {stage}"));
+        assert_eq!(shown, format!("Stage {stage} {}", format::duration(time)), "stages of the whole builds");
         (text(&window, "Tests per ray"), presented(&window).tests_per_ray.unwrap())
     });
     assert_eq!((&shown[0].0, &shown[1].0), (&shown[1].0, &shown[2].0));

@@ -35,9 +35,10 @@ fn hiding_and_isolating_are_undone() {
     press(&mut harness, Modifiers::COMMAND, Key::Z);
     assert_eq!(hidden(&harness), [3, 4], "showing all is undone");
     press(&mut harness, Modifiers::COMMAND, Key::Z);
-    assert_eq!(hidden(&harness), [3]);
+    let now = |harness: &Window| (hidden(harness), harness.state().state.selection.nodes.selected);
+    assert_eq!(now(&harness), (vec![3], Some(4)), "the selection comes back, too");
     press(&mut harness, Modifiers::COMMAND, Key::Z);
-    assert_eq!(hidden(&harness), [0_u32; 0]);
+    assert_eq!(now(&harness), (vec![], Some(3)));
     press(&mut harness, Modifiers::COMMAND, Key::Y);
     assert_eq!(hidden(&harness), [3]);
     selected(&mut harness, 2);

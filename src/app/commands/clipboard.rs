@@ -116,10 +116,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line(name, value);
     }
     line("Threads", report.threads.to_string());
-    for stage in &report.stages.reused {
+    for stage in shown.accel.reused_stages() {
         line(&format!("Build: {stage}"), "reused".to_owned());
     }
-    for (stage, time) in &report.stages.stages {
+    for (stage, time) in shown.accel.stages() {
         line(&format!("Build: {stage}"), format::duration(*time));
         if let Some([before, after]) = report.stages.cost_change(stage) {
             let change = format!("{} to {}", format::significant(before), format::significant(after));

@@ -83,7 +83,7 @@ const GESTURES: [(&str, &str); 11] = [
     ("Click", "Select the triangle, its leaf and the path to the root"),
     ("Double click", "Focus on the point; on the background reset the view"),
     ("W A S D, Q E", "Fly, in fly mode; Shift is faster"),
-    ("Drop a file", "Open it; the camera stays if the model is still in view"),
+    ("Drop a file", "Open it; the model that is open keeps its camera"),
     ("Drag on the depth bar", "Choose depths; Shift moves the range, double click shows all"),
     ("Double click on a slider", "Back to its default"),
     ("Click on a number", "Copy it"),

@@ -93,9 +93,8 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if state.drawn_kinds() == [false; 2] {
         return format!("depth {range} · containers off");
     }
-    if state.layout.graphics.standing.is_some() {
-        let (drawn, wanted) = state.layout.graphics.overlay_counts;
-        let [drawn, wanted] = [drawn, wanted].map(|count| format::count(count as u64));
+    if let Some(standing) = &state.layout.graphics.standing {
+        let [drawn, wanted] = [standing.nodes.len(), standing.all].map(|count| format::count(count as u64));
         let of = if drawn == wanted { wanted } else { format!("{drawn} of {wanted}") };
         return format!("shown: {of} clusters of Merges");
     }

@@ -1,5 +1,7 @@
 //! Job strip at the bottom: facts about the picture, and the progress of the running job.
 
+use std::time::Instant;
+
 use egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Request};
@@ -90,11 +92,13 @@ fn running(ui: &mut Ui, state: &mut AppState) {
             state.activity.requests.push(if measuring { Request::CancelMeasuring } else { Request::CancelJobs });
         }
     }
-    progress(ui, &job);
+    // A measurement takes long enough that it matters; others would only count down their last seconds.
+    let left = job.time_left(Instant::now()).filter(|_| measuring);
+    progress(ui, &job, &left.map_or_else(String::new, |left| format!(", about {} left", format::age(left))));
 }
 
-/// Progress bar and label of a job.
-fn progress(ui: &mut Ui, job: &JobStatus) {
+/// Progress bar and label of a job, with the time that is `left`.
+fn progress(ui: &mut Ui, job: &JobStatus, left: &str) {
     let palette = theme::palette(ui);
     let fraction = job.progress.clamp(0.0, 1.0);
     let percent = format!("{:.0} %", fraction * 100.0);
@@ -108,5 +112,7 @@ fn progress(ui: &mut Ui, job: &JobStatus) {
     ui.painter().rect_filled(rect, CornerRadius::same(3), palette.rail);
     let filled = Rect::from_min_size(rect.min, vec2((rect.width() * fraction).max(6.0), rect.height()));
     ui.painter().rect_filled(filled, CornerRadius::same(3), palette.accent);
-    ui.label(egui::RichText::new(format::elide_middle(&format!("{} {percent}", job.label), 44)).color(palette.text));
+    ui.label(
+        egui::RichText::new(format::elide_middle(&format!("{} {percent}{left}", job.label), 60)).color(palette.text),
+    );
 }

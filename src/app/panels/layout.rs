@@ -5,7 +5,7 @@ use egui::{self, Margin, Panel, Rect, Ui};
 use super::{depth_bar, dialogs, dock, job_strip, menu, over, side};
 use crate::app::state::{AppState, Side};
 use crate::app::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
-use crate::app::{commands, theme};
+use crate::app::{commands, theme, views};
 
 /// Default width of the left panel in points.
 const LEFT_WIDTH: f32 = 248.0;
@@ -13,6 +13,8 @@ const LEFT_WIDTH: f32 = 248.0;
 const RIGHT_WIDTH: f32 = 288.0;
 /// Default height of the selection in points: all rows of a node and the buttons.
 const SELECTION_HEIGHT: f32 = 280.0;
+/// Smallest height in points below the headline in which statistics and selection both have room.
+const MIN_BELOW_HEADLINE: f32 = 160.0;
 /// Width of the window in points below which only one side panel is shown at a time.
 const NARROW_WIDTH: f32 = 840.0;
 
@@ -22,6 +24,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
     theme::apply(&ctx, &state.preferences);
     restore_sections(&ctx, &state.preferences.sections);
     commands::handle_shortcuts(&ctx, state);
+    views::play(ui, state);
     top(ui, state);
     bottom(ui, state);
     left(ui, state);
@@ -66,8 +69,11 @@ fn left(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// The selection has a place of its own, of the same height whatever is selected.
+/// The selection has a place of its own, of the same height whatever is selected. In a low window the statistics take all of it.
 fn selection_dock(ui: &mut Ui, state: &mut AppState) {
+    if ui.available_height() < MIN_BELOW_HEADLINE {
+        return;
+    }
     let most = (ui.available_height() * 0.5).max(48.0);
     let height = SELECTION_HEIGHT.min(most);
     let panel = Panel::bottom("selection").resizable(true).default_size(height).size_range(48.0_f32.min(most)..=most);

@@ -124,6 +124,7 @@ impl MeasureWorker {
                 self.latest.request((), job, Instant::now());
             }
         }
+        state.activity.experiment = self.current.as_ref().map(|current| current.experiment);
         state.activity.measure = self.current.as_ref().map(|Current { scene, since, .. }| {
             let label = format!("Measuring {}", scene.source.label());
             // Costs of annealing are those of the tree that is built for the screen.

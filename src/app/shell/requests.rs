@@ -240,7 +240,7 @@ fn open(source: SceneSource, keep_camera: bool, reconciler: &mut Reconciler, sta
     reconciler.open(source, keep_camera, state);
 }
 
-/// Opens the first model among files dropped on the window. The camera stays if the model is in its view.
+/// Opens the first model among files dropped on the window. The camera stays where that is the open model and still in its view.
 pub(crate) fn take_dropped_files(ctx: &egui::Context, reconciler: &mut Reconciler, state: &mut AppState) {
     let paths: Vec<PathBuf> =
         ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
@@ -249,7 +249,9 @@ pub(crate) fn take_dropped_files(ctx: &egui::Context, reconciler: &mut Reconcile
         let text = format!("{} files were dropped: {} is opened", paths.len(), first.display());
         state.messages.notify(Severity::Info, text);
     }
-    open(SceneSource::File(first.clone()), true, reconciler, state);
+    let source = SceneSource::File(first.clone());
+    let is_open = state.wanted.source.absolute() == source.absolute();
+    open(source, is_open, reconciler, state);
 }
 
 fn is_model(path: &Path) -> bool {

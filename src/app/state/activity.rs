@@ -42,6 +42,8 @@ pub struct Activity {
     pub render: Option<JobStatus>,
     /// The measurement of the view "Paper", running or waiting.
     pub measure: Option<JobStatus>,
+    /// The experiment that it measures.
+    pub experiment: Option<Experiment>,
     /// Measurements of the view "Paper", by experiment.
     pub measured: HashMap<Experiment, PaperResult>,
     /// The first running background study.

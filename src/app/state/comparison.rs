@@ -132,7 +132,7 @@ impl TreeNumbers {
             container: accel.settings.container,
             values: compared.filter_map(value).collect(),
             hash: accel.known_hash(),
-            reused: accel.report.stages.reused.clone(),
+            reused: accel.reused_stages().to_vec(),
             is_whole: accel.whole_builds().is_some(),
             view: counted.and_then(|counted| counted.view),
         }
@@ -180,7 +180,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::accel::BuildSession;
+    use crate::accel::{BuildSession, WholeBuilds};
     use crate::catalog::numbers::rows::SAH_COST;
     use crate::catalog::reading::Times;
     use crate::scene::{LoadOptions, SceneSource, load};
@@ -198,6 +198,10 @@ mod tests {
         })
     }
 
+    fn whole_builds(times: Times) -> WholeBuilds {
+        WholeBuilds { times, stages: Vec::new() }
+    }
+
     fn compare(before: &Accel, now: &Accel, number: &Number) -> Comparison {
         TreeNumbers::new(now, None).compare(Some(&TreeNumbers::new(before, None)), number)
     }
@@ -209,7 +213,7 @@ mod tests {
         assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
         assert!(matches!(compare(&reusing, &other, BUILD_MS), Comparison::Change { verdict: Verdict::Once, .. }));
         assert_eq!(compare(&cold, &cold, BUILD_MS), Comparison::Unknown, "a single build may have been cold");
-        let whole = |ms: f64| Times { ms, spread: Some([ms - 0.1, ms + 0.1]) };
+        let whole = |ms: f64| whole_builds(Times { ms, spread: Some([ms - 0.1, ms + 0.1]) });
         cold.keep_whole_builds(whole(2.0));
         assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
         reusing.keep_whole_builds(whole(3.0));
@@ -223,8 +227,8 @@ mod tests {
     #[test]
     fn a_tree_is_neither_better_nor_worse_than_itself() {
         let [first, again, _] = trees([6, 6, 6]);
-        first.keep_whole_builds(Times { ms: 2.0, spread: Some([1.9, 2.1]) });
-        again.keep_whole_builds(Times { ms: 4.0, spread: Some([3.9, 4.1]) });
+        first.keep_whole_builds(whole_builds(Times { ms: 2.0, spread: Some([1.9, 2.1]) }));
+        again.keep_whole_builds(whole_builds(Times { ms: 4.0, spread: Some([3.9, 4.1]) }));
         assert_eq!(first.hash(&CancelToken::new()), again.hash(&CancelToken::new()));
         for number in [BUILD_MS, SAH_COST] {
             let found = compare(&first, &again, number);

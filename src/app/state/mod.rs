@@ -280,17 +280,17 @@ impl AppState {
         self.model.presented.as_ref().and_then(at_rest).unwrap_or(self.activity.mrays_per_s)
     }
 
-    /// Restores settings and hidden nodes as before the last change.
+    /// Restores settings and hidden nodes as before the last change, and the selection that hid or isolated them.
     pub fn undo(&mut self) {
         self.record_hidden();
-        self.undo.undo(&mut self.wanted, &mut self.selection.hidden);
+        self.undo.undo(&mut self.wanted, &mut self.selection);
         self.restore_hidden();
     }
 
     /// Restores what was last undone.
     pub fn redo(&mut self) {
         self.record_hidden();
-        self.undo.redo(&mut self.wanted, &mut self.selection.hidden);
+        self.undo.redo(&mut self.wanted, &mut self.selection);
         self.restore_hidden();
     }
 
@@ -298,7 +298,7 @@ impl AppState {
     /// `dragging` make one step.
     pub fn record_step(&mut self, dragging: bool) {
         self.record_hidden();
-        self.undo.observe(&self.wanted, &self.selection.hidden, dragging);
+        self.undo.observe(&self.wanted, &self.selection, dragging);
     }
 
     /// Adopts the hidden nodes of the presented tree, so that they can be hidden in other trees of its scene.

@@ -43,6 +43,15 @@ pub struct SecondNodes {
     pub with: Option<u32>,
 }
 
+/// The selected node and triangle.
+#[derive(Debug, Clone, Default)]
+pub struct Chosen {
+    node: Option<u32>,
+    picked: Option<PickedTriangle>,
+    second: SecondNodes,
+    side: TreeSide,
+}
+
 /// Nodes, triangle and pixel that the user points at.
 #[derive(Debug, Clone, Default)]
 pub struct SelectionState {
@@ -84,6 +93,17 @@ impl SelectionState {
     /// Whether anything is selected.
     pub const fn is_some(&self) -> bool {
         self.nodes.selected.is_some() || self.second.selected.is_some() || self.picked.is_some()
+    }
+
+    /// The part of it that undo restores.
+    pub fn chosen(&self) -> Chosen {
+        Chosen { node: self.nodes.selected, picked: self.picked.clone(), second: self.second, side: self.side }
+    }
+
+    /// Selects what was selected before in the same tree.
+    pub fn choose(&mut self, chosen: Chosen) {
+        let Chosen { node, picked, second, side } = chosen;
+        (self.nodes.selected, self.picked, self.second, self.side) = (node, picked, second, side);
     }
 
     /// Shows all nodes.

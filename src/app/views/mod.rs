@@ -24,6 +24,11 @@ pub(crate) fn open_view(state: &AppState) -> Option<&'static View> {
     VIEWS.iter().find(|view| state.preferences.dock.shows(view.name))
 }
 
+/// Goes on with what plays in the open view.
+pub(crate) fn play(ui: &Ui, state: &mut AppState) {
+    merges::play(ui, state);
+}
+
 /// Adds the background studies of all views.
 pub(crate) fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
     add_visits(studies)?;

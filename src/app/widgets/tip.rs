@@ -30,7 +30,9 @@ impl Tip for Response {
 }
 
 fn show(mut tooltip: Tooltip<'_>, response: &Response, text: WidgetText) {
-    if text.is_empty() || response.ctx.input(|input| input.pointer.any_down()) {
+    let hushed = response.ctx.data(|data| data.get_temp(Id::unique("hushed"))).flatten();
+    let is_hushed = hushed.is_some_and(|place: Rect| place.intersects(response.rect));
+    if text.is_empty() || is_hushed || response.ctx.input(|input| input.pointer.any_down()) {
         return;
     }
     if let Some((panel, side)) = panel_of(response) {
@@ -46,6 +48,11 @@ fn show(mut tooltip: Tooltip<'_>, response: &Response, text: WidgetText) {
         ui.set_max_width(ui.spacing().tooltip_width);
         ui.add(Label::new(text).wrap());
     });
+}
+
+/// Shows no tooltips within a place from the next UI frame on, because a card explains it; `None` shows all again.
+pub(crate) fn hush(ctx: &Context, place: Option<Rect>) {
+    ctx.data_mut(|data| data.insert_temp(Id::unique("hushed"), place));
 }
 
 /// Notes where a side panel is; its widgets' tooltips are shown beside it from the next UI frame on.

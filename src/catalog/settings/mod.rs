@@ -25,6 +25,15 @@ pub fn written(build: &BuildSettings) -> impl Iterator<Item = (&'static str, Str
     rows.map(|row| (row.key, row.text(build)))
 }
 
+/// Builder, numbers and container of a build, then curve and passes that are not the defaults: "AAC δ 6 ε 0.2, box, collapse
+/// reinsert".
+pub fn short_name(build: &BuildSettings) -> String {
+    let stated = Stated::of(build);
+    let builder = [&[build.builder.label().to_owned()], &stated.by_symbol()[..]].concat().join(" ");
+    let named = stated.by_name().into_iter().map(|names| names.replace(',', " "));
+    [builder, build.container.name().to_owned()].into_iter().chain(named).collect::<Vec<_>>().join(", ")
+}
+
 /// The settings that a build uses, with their names in the window.
 pub fn used(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String)> {
     let rows = SETTINGS.into_iter().filter(|row| (row.applies)(build));

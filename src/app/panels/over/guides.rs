@@ -10,7 +10,7 @@ use crate::app::commands::Action;
 use crate::app::state::lesson::Reading;
 use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
-use crate::app::widgets::{Tip as _, place_of};
+use crate::app::widgets::{Tip as _, hush, place_of};
 use crate::render::{HeatKind, Shading};
 
 /// Largest width of a card in points.
@@ -61,13 +61,18 @@ pub(crate) fn tour(ui: &Ui, rect: Rect, state: &mut AppState) {
             state.layout.tour = Some(0);
         }
     }
-    let Some(index) = state.layout.tour.filter(|_| ready) else { return };
-    let Some(card) = CARDS.get(index) else { return state.end_tour() };
-    let visible = !card.in_right_panel || state.shows_panel(Side::Right);
-    let place = place_of(ui.ctx(), card.place).filter(|_| visible);
+    let card = state.layout.tour.filter(|_| ready).and_then(|index| Some((index, CARDS.get(index)?)));
+    let visible = card.is_some_and(|(_, card)| !card.in_right_panel || state.shows_panel(Side::Right));
+    let place = card.and_then(|(_, card)| place_of(ui.ctx(), card.place)).filter(|_| visible);
+    hush(ui.ctx(), place);
+    let Some((index, card)) = card else { return };
     let (at, pivot) = match place {
         Some(place) if card.in_right_panel => (Pos2::new(rect.right() - GAP, place.center().y), Align2::RIGHT_CENTER),
-        Some(_) => (rect.center_bottom() - vec2(0.0, GAP), Align2::CENTER_BOTTOM),
+        // Beside the legend.
+        Some(_) => {
+            let x = rect.center().x.max(rect.left() + SIDES[0] + 0.5 * WIDTH + GAP);
+            (Pos2::new(x, rect.bottom() - GAP), Align2::CENTER_BOTTOM)
+        }
         None => (rect.center(), Align2::CENTER_CENTER),
     };
     let area = Area::new(Id::unique("tour"))

@@ -92,7 +92,10 @@ pub(crate) fn node_menu(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     Popup::new(Id::unique("node menu"), ui.ctx().clone(), at, ui.layer_id()).open_bool(&mut open).show(|ui| {
         ui.set_min_width(160.0);
         if let Some(node) = state.selection.nodes.selected {
-            ui.label(egui::RichText::new(format!("Node {node}")).color(crate::app::theme::palette(ui).dim));
+            ui.label(
+                egui::RichText::new(format!("Node {}", format::count(node.into())))
+                    .color(crate::app::theme::palette(ui).dim),
+            );
         }
         for (index, group) in GROUPS.into_iter().enumerate() {
             if index > 0 {

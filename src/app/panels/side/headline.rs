@@ -4,8 +4,6 @@ use std::time::Duration;
 
 use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use bvhscope_engine::settings::BuilderKind;
-use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 use crate::app::state::comparison::Comparison;
@@ -15,7 +13,9 @@ use crate::app::{format, theme};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY};
 use crate::catalog::reading::Times;
+use crate::catalog::settings::short_name;
 use crate::catalog::terms::{self, Term};
+use crate::lab::file_and_builder;
 
 /// Height of a tile in points.
 const TILE_HEIGHT: f32 = 52.0;
@@ -67,16 +67,16 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
     let text = match shown {
         None => "No tree yet".to_owned(),
         Some(_) if stale && jobs.load.is_some() => "Of the model before the one that loads".to_owned(),
-        Some(shown) if stale => format!("Of the tree before: {}", tree_name(shown)),
+        Some(_) if stale => "Of the tree before".to_owned(),
         Some(shown) => tree_name(shown),
     };
     let color = if stale { palette.warning } else { palette.dim };
     let second = state.model.second.as_ref().map(tree_name);
     let text = if second.is_some() { format!("A: {text}") } else { text };
-    let label = ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).truncate());
+    let label = ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).wrap());
     if let Some(second) = second {
         let text = egui::RichText::new(format!("B: {second}")).small().color(palette.dim);
-        ui.add(egui::Label::new(text).truncate()).tip("The second tree, which the first is compared with");
+        ui.add(egui::Label::new(text).wrap()).tip("The second tree, which the first is compared with");
     }
     label.tip(if stale {
         "What is shown stays until the new tree has a picture"
@@ -86,25 +86,11 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
     stale
 }
 
-/// Builder, threshold and container of a tree: "AAC · threshold 6 · boxes".
+/// The settings of a tree, or its file and builder.
 fn tree_name(shown: &Presented) -> String {
     let settings = &shown.accel.settings;
-    let text = match (&shown.accel.file, settings.builder) {
-        (Some(file), _) => {
-            let name = file.name();
-            match &file.header.builder {
-                Some(builder) => format!("{name} · {builder}"),
-                None => name.into_owned(),
-            }
-        }
-        (None, BuilderKind::Aac) => format!("AAC · threshold {}", settings.threshold),
-        (None, builder) => builder.label().to_owned(),
-    };
-    let containers = match settings.container {
-        ContainerKind::Aabb => "boxes",
-        ContainerKind::Sphere => "spheres",
-    };
-    format!("{text} · {containers}")
+    let Some(file) = &shown.accel.file else { return short_name(settings) };
+    format!("{}, {}", file_and_builder(&file.path, &file.builder()), settings.container.name())
 }
 
 /// The time of a whole build, of which the number is the median, or of the only one; `None` where it is not known.
@@ -134,7 +120,7 @@ fn milliseconds(ms: f64) -> Duration {
 
 /// The line below the build time: fastest and slowest of the repetitions, or the number of reused stages.
 fn build_remark(shown: &Presented) -> Option<String> {
-    let spread = shown.accel.whole_builds().and_then(|times| times.spread);
+    let spread = shown.accel.whole_builds().and_then(|builds| builds.times.spread);
     let spread = spread.map(|ends| {
         let [fastest, slowest] = ends.map(|ms| format::duration(milliseconds(ms)));
         format!("{fastest} to {slowest}")
@@ -144,10 +130,7 @@ fn build_remark(shown: &Presented) -> Option<String> {
 
 /// How many stages of its build came from an earlier one; `None` where all ran, and where whole builds were measured.
 fn reused_stages(shown: &Presented) -> Option<String> {
-    if shown.accel.whole_builds().is_some() {
-        return None;
-    }
-    let count = shown.accel.report.stages.reused.len() as u64;
+    let count = shown.accel.reused_stages().len() as u64;
     (count > 0).then(|| format!("{} reused", format::counted(count, "stage")))
 }
 

@@ -15,6 +15,7 @@ use crate::app::{format, theme};
 use crate::catalog::numbers::{Direction, NUMBERS, Number, Section};
 use crate::catalog::terms;
 use crate::scene::Scene;
+use bvhscope_engine::settings::BuilderKind;
 
 /// Shows the sections.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -94,13 +95,17 @@ fn file_rows(ui: &mut Ui, state: &mut AppState, file: &FileTree) {
     let name = file.name();
     let shown = format::elide_middle(&name, (ui.available_width() / 11.0) as usize);
     statistic(ui, state, &Statistic::new("File", shown).tip(file.path.display().to_string()));
-    statistic(ui, state, &Statistic::new("Builder", file.builder().into_owned()).tip("As the file says"));
+    // Of the program's own builders the name in the window.
+    let builder = file.builder();
+    let known = BuilderKind::ALL.into_iter().find(|kind| kind.name() == builder);
+    let builder = known.map_or_else(|| builder.into_owned(), |kind| kind.label().to_owned());
+    statistic(ui, state, &Statistic::new("Builder", builder).tip("As the file says"));
     statistic(
         ui,
         state,
         &Statistic::new("Arity", file.header.arity.to_string()).tip("Most children of a node, as the file says"),
     );
-    if let Some(settings) = file.header.settings_text() {
+    if let Some(settings) = file.settings_in_words() {
         let short = format::elide_middle(&settings, (ui.available_width() / 11.0) as usize);
         statistic(ui, state, &Statistic::new("Settings", short).tip(settings));
     }
@@ -116,11 +121,12 @@ fn file_rows(ui: &mut Ui, state: &mut AppState, file: &FileTree) {
 /// Statistics of the build, besides its time in the headline.
 fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let report = &shown.accel.report;
-    for name in &report.stages.reused {
+    for name in shown.accel.reused_stages() {
         stage_row(ui, name, None, 0.0, None);
     }
-    let longest = report.stages.stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
-    for (name, time) in &report.stages.stages {
+    let stages = shown.accel.stages();
+    let longest = stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
+    for (name, time) in stages {
         let costs = report.stages.cost_change(name);
         stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
 use crate::app::state::study::Study;
-use crate::catalog::settings::Stated;
+use crate::catalog::settings::short_name;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::ViewRays;
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 
 /// Most trees of a session that are kept: those that were built last.
 const MOST_TREES: usize = 512;
@@ -156,21 +156,7 @@ impl PlottedTree {
         if let Some((path, builder)) = &self.file {
             return format!("{}, {}", file_and_builder(path, builder), self.build.container.name());
         }
-        let BuildSettings { builder, container, curve, .. } = self.build;
-        let numbers = Stated::of(&self.build)
-            .by_symbol()
-            .into_iter()
-            .fold(String::new(), |all, number| format!("{all} {number}"));
-        let mut parts = vec![format!("{}{numbers}", builder.label())];
-        parts.push(container.name().to_owned());
-        if curve != Curve::Morton {
-            parts.push(curve.name().to_owned());
-        }
-        let passes = self.build.passes();
-        if passes != Passes::NONE {
-            parts.push(passes.to_string().replace(',', " "));
-        }
-        parts.join(", ")
+        short_name(&self.build)
     }
 }
 

@@ -155,6 +155,8 @@ impl RayState {
     fn take(&mut self, source: RaySource) {
         self.source = Some(source);
         (self.fault, self.remark, self.zoom) = (None, None, None);
+        // Arrow keys step through a ray that was just taken; a drag in the picture gives them back to the camera.
+        self.wants_focus = true;
         self.restart();
     }
 

@@ -59,6 +59,9 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     plot::show(ui, state, &shown);
 }
 
+/// Width of the hint in points. In a narrower window it is left out.
+const HINT_WIDTH: f32 = 200.0;
+
 /// The button that copies the icicle as an image.
 fn copy(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let layout = state.lab.icicle.last_layout(&shown.accel).cloned();
@@ -82,7 +85,9 @@ fn breadcrumb(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         path.push(parent);
     }
     if path.len() < 2 {
-        ui.weak("Double click a node to zoom in");
+        if ui.available_width() >= HINT_WIDTH {
+            ui.weak("Double click a node to zoom in");
+        }
         return;
     }
     let root = path.pop();

@@ -49,6 +49,19 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
+/// Goes on playing while the view is open. Called before the panels, which then all show the same step.
+pub(super) fn play(ui: &Ui, state: &mut AppState) {
+    let playing = state.lab.merges.playing.is_some() && state.preferences.dock.shows(MergesState::VIEW);
+    let Some(shown) = state.model.presented.as_ref().filter(|_| playing) else { return };
+    let Some(known) = state.lab.merges.known(&shown.accel) else { return };
+    let Ok(study) = known.as_ref() else { return };
+    let seconds = ui.input(|input| input.stable_dt).min(LONGEST_FRAME);
+    state.lab.merges.advance(&study.merges, f64::from(seconds));
+    let last = state.layout.graphics.standing.take();
+    state.layout.graphics.standing = last.and_then(|last| state.lab.merges.standing(shown, last.count));
+    ui.ctx().request_repaint();
+}
+
 /// The view until the merges are known.
 fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let study = &mut state.lab.merges.study;
@@ -68,11 +81,6 @@ fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 
 fn view(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
     follow_selection(state, study);
-    if state.lab.merges.playing.is_some() {
-        let seconds = ui.input(|input| input.stable_dt).min(LONGEST_FRAME);
-        state.lab.merges.advance(&study.merges, f64::from(seconds));
-        ui.ctx().request_repaint();
-    }
     toolbar::show(ui, state, shown, study);
     let page = (ui.available_width() * PAGE_SHARE).clamp(PAGE_WIDTH[0], PAGE_WIDTH[1]);
     let size = vec2((ui.available_width() - page - 16.0).max(160.0), ui.available_height());

@@ -17,13 +17,13 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         ),
         Some(node) => button(ui, state, shown, node),
     }
-    let Some(node) = state.lab.merges.price_of else { return };
+    let Some(node) = state.lab.merges.price_of.filter(|&node| (node as usize) < shown.table.len()) else { return };
     let price = &state.lab.merges.price;
     match price.get(&shown.accel, &node).cloned().as_deref() {
         Some(Ok(comparison)) => result(ui, state, node, comparison),
-        Some(Err(reason)) => note(ui, &format!("Node {node} cannot be compared: {reason}")),
+        Some(Err(reason)) => note(ui, &format!("Node {} cannot be compared: {reason}", format::count(node.into()))),
         None if price.is_cancelled(&shown.accel, &node) => note(ui, "The comparison was cancelled"),
-        None => note(ui, &format!("Clustering the leaves of node {node} exactly …")),
+        None => note(ui, &format!("Clustering the leaves of node {} exactly …", format::count(node.into()))),
     }
 }
 
@@ -37,11 +37,10 @@ fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     // A leaf holds at least one triangle, so a subtree of so many has no more leaves.
     let small = triangles.is_none_or(|count| count as usize <= MAX_EXACT_LEAVES);
     let count = triangles.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
-    let label = format!("Compare node {node} ({count} triangles)");
+    let label = format!("Compare node {} ({count} triangles)", format::count(node.into()));
     let tip = "Merges the leaves below it again, each time the closest pair of all, and compares both subtrees";
     if ui.add_enabled(small, egui::Button::new(label)).tip(tip).clicked() {
-        state.lab.merges.price.resume();
-        state.lab.merges.price_of = Some(node);
+        state.lab.merges.want_price(&shown.accel, node);
     }
     if !small {
         let most = format::count(MAX_EXACT_LEAVES as u64);
@@ -75,7 +74,7 @@ fn result(ui: &mut Ui, state: &mut AppState, node: u32, comparison: &ExactCompar
             ui.end_row();
         };
         let tip = "SAH cost of the subtree, relative to the area of its own root";
-        row(format!("SAH cost of node {node}"), format::significant(comparison.cost), tip);
+        row(format!("SAH cost of node {}", format::count(node.into())), format::significant(comparison.cost), tip);
         row("SAH cost of the exact one".to_owned(), format::significant(comparison.exact_cost), tip);
         row(
             "Leaves".to_owned(),

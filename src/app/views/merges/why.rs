@@ -126,7 +126,8 @@ fn matrix(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, choice: &MergeC
     let text = if row == column {
         let cluster = &choice.clusters[places[row]];
         let triangles = format::counted(u64::from(cluster.primitives), "triangle");
-        format!("Node {} with {triangles}\nIts closest is node {}", cluster.node, cluster.nearest)
+        let [node, nearest] = [cluster.node, cluster.nearest].map(|node| format::count(node.into()));
+        format!("Node {node} with {triangles}\nIts closest is node {nearest}")
     } else {
         let times = merge_area(kind, distance(row, column)) / merge_area(kind, choice.winner.distance);
         let times = format::significant(f64::from(times));

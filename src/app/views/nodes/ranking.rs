@@ -14,8 +14,10 @@ use crate::app::{format, theme};
 use crate::catalog::metrics::{METRICS, Metric, RANKED};
 use crate::lab::node_values::NodeValues;
 
-/// Width of a column in points.
-const COLUMN: f32 = 84.0;
+/// Width of the column of a metric in points.
+fn column(metric: &Metric) -> f32 {
+    if metric.label.chars().count() > 12 { 116.0 } else { 84.0 }
+}
 
 /// Shows the list.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
@@ -33,8 +35,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
         for &node in ranked.get(range).unwrap_or_default() {
-            let texts = RANKED.map(|metric| value_text(metric, values.get(metric, node)));
-            let cells = texts.each_ref().map(|text| Cell { text, width: COLUMN });
+            let texts = RANKED.map(|metric| (metric, value_text(metric, values.get(metric, node))));
+            let cells = texts.each_ref().map(|(metric, text)| Cell { text, width: column(metric) });
             parts::node_row(ui, state, node, (&name(shown, node), 4.0), &cells);
         }
     });
@@ -88,7 +90,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
     // The list beside its scroll bar has rows of this width.
     let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
     for metric in RANKED.into_iter().rev() {
-        let place = Rect::from_min_max(pos2(right - COLUMN, rect.top()), pos2(right, rect.bottom()));
+        let place = Rect::from_min_max(pos2(right - column(metric), rect.top()), pos2(right, rect.bottom()));
         let response = ui.interact(place, ui.scope_id().with(("sort", metric)), Sense::click());
         let name = format!("Sort by {}", metric.label);
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, order.metric == metric, &name));
@@ -114,7 +116,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
         {
             state.lab.nodes.sort_by(metric);
         }
-        right -= COLUMN + parts::GAP;
+        right -= column(metric) + parts::GAP;
     }
 }
 

@@ -1,7 +1,5 @@
 //! Controls of the paper panel: the experiment and its settings, in two rows.
 
-use std::time::Instant;
-
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -9,8 +7,8 @@ use egui::{self, Button, ComboBox, DragValue, RichText, Role, Ui, WidgetInfo, ve
 
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
+use crate::app::theme;
 use crate::app::widgets::{Tip as _, chip, plain_drop_down};
-use crate::app::{format, theme};
 
 /// Shows the controls.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -47,9 +45,6 @@ fn run(ui: &mut Ui, state: &mut AppState) {
         if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
             state.activity.requests.push(Request::CancelMeasuring);
         }
-        let left = state.activity.measure.as_ref().and_then(|job| job.time_left(Instant::now()));
-        let text = left.map_or_else(|| "measuring".to_owned(), |left| format!("about {} left", format::age(left)));
-        ui.label(RichText::new(text).color(theme::palette(ui).dim));
         return;
     }
     let label = RichText::new("Measure").color(ui.visuals().selection.stroke.color);

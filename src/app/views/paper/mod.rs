@@ -56,6 +56,13 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
     let plan = &state.preferences.paper;
     let text = match (&state.activity.measure, &state.model.loaded) {
+        (Some(job), _) if state.activity.experiment.is_some_and(|measured| measured != plan.experiment) => {
+            let other = state.activity.experiment.map_or("", Experiment::label);
+            let percent = job.progress.clamp(0.0, 1.0) * 100.0;
+            format!(
+                "Measuring: {other} ({percent:.0} %). Then this question can be measured; Cancel measuring frees the way now."
+            )
+        }
         (Some(_), _) => {
             "Measuring. The first rows appear once everything they are compared with is measured.".to_owned()
         }

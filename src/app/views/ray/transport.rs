@@ -8,8 +8,8 @@ use super::events::step_text;
 use crate::app::state::{AppState, Presented, RaySource, RayState, SPEEDS};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::ray::{RayRecord, ray_table};
-use crate::render::{RayKind, RayStart, Shading};
+use crate::lab::ray::{RayMethod, RayRecord, ray_table};
+use crate::render::{HeatKind, RayKind, RayStart, Shading};
 use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Width of the slider over the steps in points.
@@ -152,11 +152,16 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
     );
     let counts = tests(record.counts);
     let all = format!("In all {counts}; {visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
-    let all = match (heat_here(state, shown), shown.tests_per_ray) {
-        (Some(value), _) => format!("{all}. The heat map shows {} here", format::count(value.round() as u64)),
+    // The picture's counts are those of its own traversal of the binary tree, by primary rays.
+    let ray = &state.lab.ray;
+    let is_like = ray.kind == RayKind::Primary && ray.method == RayMethod::Binary(shown.frame.settings.traversal);
+    let all = match (heat_here(state, shown), shown.tests_per_ray.filter(|_| is_like)) {
+        (Some((value, kind)), _) => {
+            format!("{all}. The heat map shows {} {} here", format::count(value.round() as u64), kind.counted())
+        }
         (None, Some(means)) => {
             let [containers, triangles] = means.map(|mean| format::significant(mean.into()));
-            format!("{all}. Mean of the picture: {containers}, {triangles}")
+            format!("{all}. Mean of the picture: {containers} container tests, {triangles} triangle tests")
         }
         (None, None) => all,
     };
@@ -175,10 +180,17 @@ fn tests(counts: TestCounts) -> String {
 }
 
 /// The heat map's value at the pixel of the ray, where one is shown from the same camera.
-fn heat_here(state: &AppState, shown: &Presented) -> Option<f32> {
+fn heat_here(state: &AppState, shown: &Presented) -> Option<(f32, HeatKind)> {
     let RaySource { start: RayStart::Pixel([x, y]), camera, size_px } = state.lab.ray.source? else { return None };
     let frame = &shown.frame;
-    let is_heat = matches!(frame.settings.shading, Shading::Heat(_)) && state.lab.ray.kind == RayKind::Primary;
+    let Shading::Heat(kind) = frame.settings.shading else { return None };
+    let traced = match kind {
+        HeatKind::Steps => RayMethod::Wide,
+        HeatKind::WholeRay => return None,
+        _ => RayMethod::Binary(frame.settings.traversal),
+    };
+    let is_like = state.lab.ray.kind == RayKind::Primary && state.lab.ray.method == traced;
     let is_same = frame.camera == camera && size_px == [frame.width_px, frame.height_px];
-    frame.values.get(frame.index_of(x, y)).copied().filter(|_| is_heat && is_same)
+    let value = frame.values.get(frame.index_of(x, y)).copied().filter(|_| is_like && is_same)?;
+    Some((value, kind))
 }

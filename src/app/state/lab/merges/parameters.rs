@@ -1,15 +1,16 @@
 //! The user's choices in the view "Merges", and the step that follows from them.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
 use super::standing::{ChoiceOf, CutNodes, MergeStudy, Standing};
-use crate::accel::Accel;
+use crate::accel::{Accel, is_same};
 use crate::app::state::model::Presented;
 use crate::app::state::study::Study;
 use crate::lab::merges::{Merges, TreeOfRecord};
 use crate::render::cluster_cut::ClusterCut;
+use crate::visibility::NodeIdentity;
 use bvhscope_engine::construction::{Cut, ExactComparison, MergeChoice, MergeOrder};
 
 /// Merges a second at which a construction plays at first.
@@ -52,6 +53,8 @@ pub struct MergesState {
     pub price: Study<u32, Result<ExactComparison, String>>,
     /// The node of which the price is wanted.
     pub price_of: Option<u32>,
+    /// The tree that the node belongs to; none where another window named it.
+    price_tree: Weak<Accel>,
     /// The order in which merges are shown.
     pub order: MergeOrder,
     /// Number of clusters left at the present step; `None` while no step is chosen. Kept from tree to tree.
@@ -101,6 +104,7 @@ impl Default for MergesState {
             cut: Study::default(),
             price: Study::default(),
             price_of: None,
+            price_tree: Weak::new(),
             order: MergeOrder::default(),
             left: None,
             playing: None,
@@ -132,7 +136,7 @@ impl MergesState {
             // In the shared state beside this part, as in earlier versions.
             order: _, left: _, cut_kind: _,
             // Derived, or of the moment.
-            study: _, choice: _, cut: _, price: _, followed: _, standing: _, playing: _,
+            study: _, choice: _, cut: _, price: _, price_tree: _, followed: _, standing: _, playing: _,
         } = self;
         let (speed, window, cut_area, cut_triangles) = (*speed, *window, *cut_area, *cut_triangles);
         SharedMerges { speed, window, cut_area, cut_triangles, page: *page, price_of: *price_of }
@@ -143,8 +147,23 @@ impl MergesState {
         let SharedMerges { speed, window, cut_area, cut_triangles, page, price_of } = shared;
         let [least, most] = Self::CUT_AREA;
         self.speed = speed.clamp(Self::SPEEDS[0], Self::SPEEDS[1]);
-        (self.window, self.page, self.price_of) = (window, page, price_of);
+        (self.window, self.page, self.price_of, self.price_tree) = (window, page, price_of, Weak::new());
         (self.cut_area, self.cut_triangles) = (cut_area.max(least).min(most), cut_triangles.max(1));
+    }
+
+    /// Wants the price of a node of `accel`.
+    pub fn want_price(&mut self, accel: &Arc<Accel>, node: u32) {
+        self.price.resume();
+        (self.price_of, self.price_tree) = (Some(node), Arc::downgrade(accel));
+    }
+
+    /// Moves the wanted price to the node with the same triangles in `new`, the tree in place of `old`; there may be none.
+    pub fn carry_price(&mut self, old: &Arc<Accel>, new: &Arc<Accel>) {
+        if is_same(&self.price_tree, old) {
+            let survives = |node| NodeIdentity::of(old, node)?.find(new);
+            self.price_of = self.price_of.filter(|_| Arc::ptr_eq(&old.scene, &new.scene)).and_then(survives);
+        }
+        self.price_tree = Arc::downgrade(new);
     }
 
     /// The merges of this tree, in whatever order they are known.

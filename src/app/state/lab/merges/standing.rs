@@ -54,7 +54,7 @@ enum Source {
 pub struct Standing {
     source: Source,
     /// Maximum number that was asked for.
-    count: usize,
+    pub count: usize,
     /// The largest of them, largest first.
     pub nodes: Vec<u32>,
     /// Number of all.
