@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::scene::{Extent, Scene};
+use crate::vectors::length;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -18,7 +19,7 @@ use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::with_tree;
 
 /// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
-const SLIVER_ASPECT: f32 = 100.0;
+const SLIVER_ASPECT: f64 = 100.0;
 /// Triangles between two cancellation checks.
 const BATCH: usize = 1 << 14;
 
@@ -75,7 +76,7 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
         }),
         Err(error) => not_examined = Some(format!("not everything was examined: {error}")),
     }
-    let degenerate = those(triangles, token, |triangle| triangle.scaled_normal().length_squared() == 0.0)?;
+    let degenerate = those(triangles, token, |triangle| triangle.area() == 0.0)?;
     add("degenerate", degenerate, &|count, total| {
         format!("{count} of {total} triangles have no area: no ray ever hits them")
     });
@@ -89,9 +90,9 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
             )
         });
     }
-    let half_diagonal = scene.bounds.extent().length() * 0.5;
+    let half_diagonal = length(scene.bounds.extent()) * 0.5;
     if total > 1000 {
-        let huge = those(triangles, token, |triangle| triangle.bounds().extent().length() > half_diagonal)?;
+        let huge = those(triangles, token, |triangle| length(triangle.bounds().extent()) > half_diagonal)?;
         add("huge-triangles", huge, &|count, total| {
             format!(
                 "{count} of {total} triangles are more than half as large as the whole scene: every container above them is \
@@ -242,8 +243,8 @@ fn duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<TriangleSet
 /// The longest edge is much longer than the height on it; degenerate triangles do not count.
 fn is_sliver(triangle: &Triangle) -> bool {
     let edges = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
-    let longest_squared = edges.iter().map(|edge| edge.length_squared()).fold(0.0, f32::max);
-    let doubled_area = triangle.scaled_normal().length();
+    let longest_squared = edges.iter().map(|edge| edge.as_dvec3().length_squared()).fold(0.0, f64::max);
+    let doubled_area = 2.0 * triangle.area();
     // Height on the longest edge = doubled area over that edge.
     doubled_area > 0.0 && longest_squared > SLIVER_ASPECT * doubled_area
 }
@@ -286,7 +287,17 @@ mod tests {
     fn slivers_are_long_and_low() {
         let thin = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::new(0.5, 0.001, 0.0) };
         let good = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
-        assert!(is_sliver(&thin));
-        assert!(!is_sliver(&good));
+        for size in [1e-30, 1e-10, 1.0, 1e10, 1e17] {
+            let [thin, good, flat] = [thin, good, Triangle { c: Vec3::X * 0.5, ..good }].map(|t| Triangle {
+                a: t.a * size,
+                b: t.b * size,
+                c: t.c * size,
+            });
+            assert!(is_sliver(&thin), "{size}");
+            assert!(!is_sliver(&good), "{size}");
+            let scene = Scene::from_triangles(SceneSource::default_builtin(), vec![good, flat]);
+            let findings = diagnose_scene(&scene, &CancelToken::new()).unwrap();
+            assert!(matches!(&findings[..], [Finding { kind: "degenerate", count: 1, .. }]), "{size}: {findings:?}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::builders::presplit::{Presplit, presplit};
 use crate::builders::scale;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
+use crate::geometry::{Triangle, area_scale};
 use crate::order::{InputBounds, input_bounds};
 use crate::settings::{BuildSettings, Pass};
 use crate::stage_times::StageTimes;
@@ -45,8 +45,8 @@ impl<'a> PreparedInput<'a> {
         times: &mut StageTimes,
     ) -> Result<Self, Cancelled> {
         let start = Instant::now();
-        if scale::needs_scaling(bounds.max_coordinate) {
-            let factor = scale::factor(bounds.max_coordinate);
+        let factor = area_scale(bounds.max_coordinate);
+        if factor != 1.0 {
             let scaled = scale::scaled(triangles, factor, token)?;
             let bounds = input_bounds(&scaled, token)?;
             times.stages.push(("scale", start.elapsed()));

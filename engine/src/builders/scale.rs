@@ -5,25 +5,8 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::tree::{Container, Tree};
 
-/// Largest coordinate above which areas exceed the range of `f32`.
-const MAX_COORDINATE: f32 = 1e15;
-/// Largest coordinate below which areas vanish.
-const MIN_COORDINATE: f32 = 1e-10;
-/// Binary logarithm of the size that scenes are scaled to. With a single triangle far away, such a size still keeps the areas
-/// of all the others normal numbers: arithmetic with subnormal ones is ten times as slow.
-const LOG2_SCALED_SIZE: f32 = 40.0;
 /// Poll for cancellation every 16384 triangles or nodes.
 const BATCH: usize = 1 << 14;
-
-/// Whether a scene has to be scaled; `max_coordinate` is the largest absolute value of its coordinates.
-pub fn needs_scaling(max_coordinate: f32) -> bool {
-    !(MIN_COORDINATE..=MAX_COORDINATE).contains(&max_coordinate) && max_coordinate != 0.0
-}
-
-/// The power of two that triangles are scaled by; `max_coordinate` is the largest absolute value of their coordinates.
-pub fn factor(max_coordinate: f32) -> f32 {
-    (LOG2_SCALED_SIZE - max_coordinate.log2()).floor().clamp(-126.0, 126.0).exp2()
-}
 
 /// The triangles, scaled by `scale`.
 pub fn scaled(triangles: &[Triangle], scale: f32, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {

@@ -77,7 +77,7 @@ impl Cut {
         timeline: Option<&Timeline>,
         token: &CancelToken,
     ) -> Result<Vec<u32>, Cancelled> {
-        let area_of = |node: u32| tree.nodes[node as usize].container.relative_area();
+        let area_of = |node: u32| tree.area(node);
         match (self, timeline) {
             (Self::Clusters(clusters), Some(timeline)) => {
                 let step = (timeline.steps() + 1).saturating_sub(clusters.max(1));

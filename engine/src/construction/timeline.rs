@@ -106,7 +106,7 @@ impl Timeline {
             let first = tree.nodes[node as usize].first as usize;
             deaths[first..first + 2].fill(step);
         }
-        let areas = par_collect(tree.nodes.len(), token, |node| tree.nodes[node].container.relative_area())?;
+        let areas = par_collect(tree.nodes.len(), token, |node| tree.area(node as u32))?;
         let snapshots = Snapshots::new(areas, &births, &deaths, token)?;
         Ok(Self { order, births, deaths, merged, snapshots })
     }

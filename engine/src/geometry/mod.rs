@@ -13,6 +13,7 @@ mod needle;
 mod ray_sphere;
 
 mod random_line;
+mod scale;
 
 pub use aabb::Aabb;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
@@ -23,5 +24,6 @@ pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};
 pub(crate) use ray_sphere::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
+pub(crate) use scale::area_scale;
 pub use sphere::Sphere;
 pub use triangle::Triangle;

@@ -4,6 +4,10 @@ use glam::Vec3;
 
 use super::aabb::Aabb;
 
+/// Edges whose fourth powers are normal numbers in single precision.
+const SHORTEST: f32 = 1e-7;
+const LONGEST: f32 = 1e9;
+
 /// A triangle: three corners in world space.
 ///
 /// ```
@@ -12,7 +16,7 @@ use super::aabb::Aabb;
 ///
 /// let triangle = Triangle { a: Vec3::ZERO, b: Vec3::X * 2.0, c: Vec3::Y };
 /// assert_eq!(triangle.bounds().extent(), Vec3::new(2.0, 1.0, 0.0));
-/// assert_eq!(0.5 * triangle.scaled_normal().length(), 1.0);
+/// assert_eq!(triangle.area(), 1.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -34,6 +38,17 @@ impl Triangle {
     /// Whether every coordinate is finite.
     pub fn is_finite(&self) -> bool {
         self.a.is_finite() && self.b.is_finite() && self.c.is_finite()
+    }
+
+    /// The surface area; in double precision where edges are so short or long that squares of their products leave the range of single
+    /// precision.
+    pub fn area(&self) -> f64 {
+        let size = self.bounds().extent().max_element();
+        if (SHORTEST..LONGEST).contains(&size) {
+            return f64::from(self.scaled_normal().length()) * 0.5;
+        }
+        let [a, b, c] = [self.a, self.b, self.c].map(Vec3::as_dvec3);
+        (b - a).cross(c - a).length() * 0.5
     }
 
     /// The normal, right-handed, with a length of twice the area.

@@ -53,8 +53,12 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     /// The smallest container around both.
     #[must_use]
     fn union(&self, other: &Self) -> Self;
-    /// Surface area up to a constant factor of the kind: half of it for boxes, r² for spheres.
+    /// Surface area up to a constant factor of the kind: half of it for boxes, r² for spheres. Leaves the range of single precision
+    /// where coordinates are near its ends; [`Tree::area`](super::Tree::area) does not.
     fn relative_area(&self) -> f32;
+    /// The container with all coordinates multiplied by `factor`, which is positive.
+    #[must_use]
+    fn scaled(&self, factor: f32) -> Self;
     /// Entry distance of a ray, at least `t_min`; `None` where it misses or enters beyond `t_max`. NaN never makes a miss.
     fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32>;
     /// [`Container::entry`] of two siblings, neither of them empty.
@@ -100,6 +104,11 @@ impl Container for Aabb {
     #[inline]
     fn relative_area(&self) -> f32 {
         self.half_area()
+    }
+
+    #[inline]
+    fn scaled(&self, factor: f32) -> Self {
+        Self { min: self.min * factor, max: self.max * factor }
     }
 
     #[inline]
@@ -154,6 +163,11 @@ impl Container for Sphere {
     #[inline]
     fn relative_area(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.radius * self.radius }
+    }
+
+    #[inline]
+    fn scaled(&self, factor: f32) -> Self {
+        Self { center: self.center * factor, radius: self.radius * factor }
     }
 
     #[inline(always)]

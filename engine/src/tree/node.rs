@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::geometry::{Aabb, Sphere, Triangle, area_scale};
 use crate::kernel::par_collect::{par_collect, zeros};
 
 use super::container::{Container, ContainerKind};
@@ -146,6 +146,19 @@ impl<C: Container> Tree<C> {
             }
         }
         Ok(depths)
+    }
+
+    /// [`Container::relative_area`] of a node, multiplied by the same number for all nodes of the tree: 1 but for trees so small or large
+    /// that areas would leave the range of single precision.
+    #[inline]
+    pub fn area(&self, node: u32) -> f32 {
+        self.nodes[node as usize].container.scaled(self.area_scale()).relative_area()
+    }
+
+    /// The factor on coordinates, a power of two, that [`Tree::area`] applies.
+    #[inline]
+    pub(super) fn area_scale(&self) -> f32 {
+        self.nodes.first().map_or(1.0, |root| area_scale(root.container.bounds().extent().max_element()))
     }
 
     /// Index of each node's parent, in the order of [`Tree::nodes`]; the root has its own.

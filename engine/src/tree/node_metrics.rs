@@ -13,7 +13,7 @@ const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 /// Surface area of the container of `node` over the root's, 0 to 1: how likely a random line that meets the root meets the node
 /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 1 where the root has no area.
 pub fn area_share<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
-    let [part, whole] = [node, 0].map(|node| tree.nodes[node as usize].container.relative_area());
+    let [part, whole] = [node, 0].map(|node| tree.area(node));
     if whole > 0.0 { ratio(part, whole) } else { 1.0 }
 }
 
@@ -21,8 +21,7 @@ pub fn area_share<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
 /// of a leaf area·primitives·[`INTERSECTION_COST`]; see [`TreeStats::sah_cost`]. `stats` are those of `tree`. 0 where the tree has
 /// no cost.
 pub fn sah_share<C: Container>(tree: &Tree<C>, node: u32, stats: &TreeStats) -> f32 {
-    let root = f64::from(tree.nodes[0].container.relative_area());
-    ratio((own_cost(&tree.nodes[node as usize]) / root) as f32, stats.sah_cost)
+    ratio((own_cost(tree, node) / f64::from(tree.area(0))) as f32, stats.sah_cost)
 }
 
 /// SAH cost of each node with all nodes below it over that of the tree, 0 to 1, in the order of [`Tree::nodes`]; the root has 1. All
@@ -35,7 +34,7 @@ pub fn subtree_sah_shares<C: Container>(tree: &Tree<C>, token: &CancelToken) -> 
             token.check()?;
         }
         let below: f64 = node.children().map(|child| costs[child as usize]).sum();
-        costs[index] = own_cost(node) + below;
+        costs[index] = own_cost(tree, index as u32) + below;
     }
     let whole = costs.first().copied().unwrap_or(0.0);
     par_collect(costs.len(), token, |node| if whole > 0.0 { ratio((costs[node] / whole) as f32, 1.0) } else { 0.0 })
@@ -47,9 +46,12 @@ pub fn subtree_sah_shares<C: Container>(tree: &Tree<C>, token: &CancelToken) -> 
 /// For a random line that meets the node it is the expected share of its k container tests that miss. 0 where all children are
 /// as large as the node; 1 where they have no surface.
 pub fn empty_space<C: Container>(tree: &Tree<C>, node: u32) -> Option<f32> {
-    let (container, children) = (&tree.nodes[node as usize].container, children(tree, node)?);
-    let whole = children.len() as f32 * container.relative_area();
-    let filled = children.iter().fold(0.0, |sum, child| sum + child.container.relative_area());
+    let children = tree.nodes[node as usize].children();
+    if children.is_empty() {
+        return None;
+    }
+    let whole = children.len() as f32 * tree.area(node);
+    let filled = children.fold(0.0, |sum, child| sum + tree.area(child));
     Some(if whole > 0.0 { 1.0 - ratio(filled, whole) } else { 0.0 })
 }
 
@@ -57,9 +59,9 @@ pub fn empty_space<C: Container>(tree: &Tree<C>, node: u32) -> Option<f32> {
 /// expected number of pairs that a random line that meets the node meets in common: of two children the probability that it
 /// must visit both there, of k children 0 to k·(k − 1)/2. `None` for a leaf; 0 for a node without area.
 pub fn overlap<C: Container>(tree: &Tree<C>, node: u32) -> Option<f32> {
-    let (container, children) = (&tree.nodes[node as usize].container, children(tree, node)?);
-    let of_pair = |(a, b): (&C, &C)| ratio(a.intersection_area(b), container.relative_area());
-    Some(pairs(children).map(of_pair).fold(0.0, |sum, share| sum + share))
+    let (whole, scale) = (tree.area(node), tree.area_scale());
+    let of_pair = |(a, b): (&C, &C)| ratio(a.scaled(scale).intersection_area(&b.scaled(scale)), whole);
+    Some(pairs(children(tree, node)?).map(of_pair).fold(0.0, |sum, share| sum + share))
 }
 
 /// For each pair of children of `node` that have a point in common, the smallest container around their intersection: for boxes
@@ -82,9 +84,9 @@ fn pairs<C>(nodes: &[Node<C>]) -> impl Iterator<Item = (&C, &C)> {
     nodes.iter().map(|node| &node.container).enumerate().flat_map(with_later)
 }
 
-/// Cost of the tests that visiting `node` causes, times its relative area.
-fn own_cost<C: Container>(node: &Node<C>) -> f64 {
-    f64::from(node.container.relative_area()) * visit_cost(node)
+/// Cost of the tests that visiting `node` causes, times [`Tree::area`].
+fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
+    f64::from(tree.area(node)) * visit_cost(&tree.nodes[node as usize])
 }
 
 /// Cost of the tests that one visit of `node` causes: [`TRAVERSAL_COST`], or [`INTERSECTION_COST`] for each primitive of a leaf.

@@ -100,11 +100,12 @@ impl Sums {
     /// Adds the siblings that begin at each of `pairs`, all of depth `depth`, and replaces `pairs` by those one level below.
     fn add_depth<C: Container>(
         &mut self,
-        nodes: &[Node<C>],
+        tree: &Tree<C>,
         pairs: &mut Vec<u32>,
         depth: u32,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
+        let (nodes, scale) = (&tree.nodes[..], tree.area_scale());
         let mut children = vec![0; 2 * pairs.len()];
         let mut interior = 0;
         for pairs in pairs.chunks(PAIRS_BETWEEN_CHECKS) {
@@ -114,7 +115,7 @@ impl Sums {
                 for node in &nodes[first as usize..first as usize + 2] {
                     // Without branches, which would be mispredicted: the count of an interior node is 0.
                     let is_interior = node.count == 0;
-                    let area = f64::from(node.container.relative_area());
+                    let area = f64::from(node.container.scaled(scale).relative_area());
                     self.interior_area += if is_interior { area } else { 0.0 };
                     self.leaf_area += area * f64::from(node.count);
                     // Nodes of other arities have the largest counts, which no list is long enough for.
@@ -138,11 +139,11 @@ impl Sums {
     /// The sums over a tree of any arity, on one thread.
     fn of_any_arity<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut sums = Self { min_leaf_depth: u32::MAX, ..Self::default() };
-        let depths = tree.depths(token)?;
+        let (depths, scale) = (tree.depths(token)?, tree.area_scale());
         for (nodes, depths) in tree.nodes.chunks(NODES_BETWEEN_CHECKS).zip(depths.chunks(NODES_BETWEEN_CHECKS)) {
             token.check()?;
             for (node, &depth) in nodes.iter().zip(depths) {
-                let area = f64::from(node.container.relative_area());
+                let area = f64::from(node.container.scaled(scale).relative_area());
                 count(&mut sums.nodes_per_depth, depth, 1);
                 if node.is_leaf() {
                     sums.leaf_area += area * f64::from(node.count);
@@ -203,7 +204,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
     let Some(root) = tree.nodes.first() else { return Ok(TreeStats::default()) };
     let mut sums = Sums::default();
     count(&mut sums.nodes_per_depth, 0, 1);
-    let root_area = f64::from(root.container.relative_area());
+    let root_area = f64::from(tree.area(0));
     let mut pairs = Vec::new();
     if root.is_leaf() {
         count(&mut sums.leaf_sizes, root.count, 1);
@@ -217,7 +218,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
     // Depth by depth on one thread until there is work for all. No list of depths is needed, which only one thread could make.
     let mut depth = 1;
     while (1..SUBTREES).contains(&pairs.len()) && !sums.has_other_arity {
-        sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
+        sums.add_depth(tree, &mut pairs, depth, token)?;
         depth += 1;
     }
     let parts: Vec<Sums> = pairs
@@ -228,7 +229,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
                 if pairs.is_empty() || sums.has_other_arity {
                     break;
                 }
-                sums.add_depth(&tree.nodes, &mut pairs, depth, token)?;
+                sums.add_depth(tree, &mut pairs, depth, token)?;
             }
             Ok(sums)
         })
@@ -241,7 +242,7 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
 impl Sums {
     /// The statistics of `tree`, of whose nodes these are the sums.
     pub(crate) fn into_stats<C: Container>(mut self, tree: &Tree<C>) -> TreeStats {
-        let root_area = tree.nodes.first().map_or(0.0, |root| f64::from(root.container.relative_area()));
+        let root_area = if tree.nodes.is_empty() { 0.0 } else { f64::from(tree.area(0)) };
         let sums = &mut self;
         count(&mut sums.leaf_sizes, 0, 0);
         sums.leaf_sizes[0] = 0;
@@ -282,12 +283,14 @@ pub fn collapsed_sah_cost(tree: &AnyTree) -> f64 {
 
 /// [`collapsed_sah_cost`] of a tree of one kind.
 pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
-    let Some(root) = tree.nodes.first() else { return 0.0 };
+    if tree.nodes.is_empty() {
+        return 0.0;
+    }
     let mut counts = vec![0_u32; tree.nodes.len()];
     let mut costs = vec![0.0_f64; tree.nodes.len()];
     // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        let area = f64::from(node.container.relative_area());
+        let area = f64::from(tree.area(index as u32));
         let (count, children_cost) = if node.is_leaf() {
             (node.count, f64::INFINITY)
         } else {
@@ -298,7 +301,7 @@ pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
         costs[index] = (area * f64::from(TRAVERSAL_COST) + children_cost)
             .min(area * f64::from(count) * f64::from(INTERSECTION_COST));
     }
-    normalized_cost(costs[0], f64::from(root.container.relative_area()))
+    normalized_cost(costs[0], f64::from(tree.area(0)))
 }
 
 /// `cost / root_area`; 0 where the root has no area, as in a scene of points.

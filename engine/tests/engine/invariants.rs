@@ -5,8 +5,9 @@ use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Ray, Sphere, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
+use bvhscope_engine::tree::node_metrics::{self, area_share, empty_space, sah_share};
 use bvhscope_engine::tree::overlap;
-use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::statistics::{collapsed_sah_cost, tree_stats};
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
@@ -350,4 +351,32 @@ fn a_sample_estimates_the_overlap_of_all() {
     let exact = end_point_overlap(&tree, &triangles, usize::MAX);
     let estimate = end_point_overlap(&tree, &triangles, 600);
     assert!(exact > 0.0 && (estimate / exact - 1.0).abs() < 0.1, "{estimate} for {exact}");
+}
+
+#[test]
+fn costs_overlap_and_shares_do_not_depend_on_the_size() {
+    let triangles = trees::soup(300, 0.4, 17);
+    let numbers = |size: f32| {
+        let scaled = |t: &Triangle| Triangle { a: t.a * size, b: t.b * size, c: t.c * size };
+        let triangles: Vec<Triangle> = triangles.iter().map(scaled).collect();
+        ContainerKind::ALL.map(|kind| {
+            let tree = built(&triangles, BuilderKind::Aac, kind).unwrap();
+            let stats = tree_stats(&tree, &CancelToken::new()).unwrap();
+            let of_nodes = with_tree!(&tree, tree => {
+                let (share, empty, overlap) = (area_share(tree, 1), empty_space(tree, 0), node_metrics::overlap(tree, 0));
+                [share, sah_share(tree, 1, &stats), empty.unwrap(), overlap.unwrap()]
+            });
+            let costs = [stats.sah_cost, collapsed_sah_cost(&tree) as f32, end_point_overlap(&tree, &triangles, 1000)];
+            costs.into_iter().chain(of_nodes).collect::<Vec<f32>>()
+        })
+    };
+    let ordinary = numbers(1.0);
+    assert!(ordinary.iter().flatten().all(|&number| number > 0.0), "{ordinary:?}");
+    // Powers of two about 1e-30, 1e-20, 1e-9, 1e10 and 1e17.
+    for exponent in [-100, -66, -30, 33, 56] {
+        let found = numbers((exponent as f32).exp2());
+        for (found, ordinary) in found.iter().flatten().zip(ordinary.iter().flatten()) {
+            assert!((found - ordinary).abs() <= ordinary * 1e-4, "2^{exponent}: {found} instead of {ordinary}");
+        }
+    }
 }

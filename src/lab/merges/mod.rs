@@ -20,6 +20,7 @@ use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::construction::{MergeOrder, Timeline};
 use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::tree::node_metrics;
 use bvhscope_engine::with_tree;
 
 /// Columns of the density of all merges.
@@ -63,15 +64,7 @@ impl Merges {
         let timeline = Arc::new(timeline);
         let merged = timeline.merged();
         let log_areas = with_tree!(tree, tree => {
-            let area = |node: u32| {
-                use bvhscope_engine::tree::Container as _;
-                tree.nodes[node as usize].container.relative_area()
-            };
-            let whole = if tree.nodes.is_empty() { 1.0 } else { area(0) };
-            let log_area = |at: usize| {
-                let share = if whole > 0.0 { area(merged[at]) / whole } else { 1.0 };
-                share.clamp(SMALLEST_SHARE, 1.0).log2()
-            };
+            let log_area = |at: usize| node_metrics::area_share(tree, merged[at]).max(SMALLEST_SHARE).log2();
             par_collect(merged.len(), token, log_area)?
         });
         let density = Arc::new(Density::new(&log_areas, 0, [COLUMNS, ROWS]));

@@ -407,7 +407,7 @@ impl NodeTable {
 const NODES_PER_CHECK: usize = 1 << 14;
 
 pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
-    tree.nodes[node as usize].container.relative_area().max(0.0)
+    tree.area(node).max(0.0)
 }
 
 /// Containers of kind `C` for all nodes of a tree of another kind: leaves from their triangles, interior nodes bottom-up.

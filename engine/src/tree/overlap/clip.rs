@@ -16,7 +16,7 @@ impl Clip for Aabb {
             return 0.0;
         }
         if Aabb::contains(self, bounds, 0.0) {
-            return f64::from(triangle.scaled_normal().length()) * 0.5;
+            return triangle.area();
         }
         let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
         let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());

@@ -95,7 +95,7 @@ fn overlap_of<C: Clip>(
     token: &CancelToken,
 ) -> Result<EndPointOverlap, Cancelled> {
     let mut areas = par_collect(tree.primitive_indices.len(), token, |slot| {
-        f64::from(triangles[tree.primitive_indices[slot] as usize].scaled_normal().length()) * 0.5
+        triangles[tree.primitive_indices[slot] as usize].area()
     })?;
     let is_split = tree.primitive_indices.len() > triangles.len();
     if is_split {

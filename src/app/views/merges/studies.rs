@@ -11,7 +11,6 @@ use crate::overlay::NodeTable;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::construction::{Cut, CutError, MergeOrder, compare_with_exact};
-use bvhscope_engine::tree::Container as _;
 use bvhscope_engine::with_tree;
 
 /// The construction that was recorded last, and the tree that it belongs to.
@@ -118,7 +117,7 @@ fn cut_nodes(accel: &Accel, cut: Cut, token: &CancelToken) -> Result<CutNodes, C
     };
     accel.compute_ancestry(token)?;
     with_tree!(&accel.tree, tree => {
-        let area = |node: u32| tree.nodes[node as usize].container.relative_area();
+        let area = |node: u32| tree.area(node);
         nodes.sort_unstable_by(|&a, &b| area(b).total_cmp(&area(a)).then(a.cmp(&b)));
     });
     let set = nodes.iter().copied().collect();
