@@ -82,7 +82,7 @@ impl NamedView {
 }
 
 /// A camera of the scene's file.
-fn of_file(camera: &FileCamera) -> Camera {
+pub fn of_file(camera: &FileCamera) -> Camera {
     let &FileCamera { eye, target, up, fov_y, orthographic, .. } = camera;
     let projection = if orthographic { Projection::Orthographic } else { Projection::Perspective };
     Camera { eye, target, up, fov_y, projection }

@@ -71,6 +71,11 @@ const OWN: [(&str, &[Field]); 5] = [
                 "cameras",
                 "Names of the cameras of the file, which `--camera` takes by their numbers from 0; absent where it has none",
             ),
+            ("lights", "Names of its lights, which `--light file` shows; absent where it has none"),
+            (
+                "scenes",
+                "Names of its scenes, which `--scene` takes by their numbers from 0; absent where the format has none",
+            ),
             ("scene_bytes", "Bytes of the model in memory"),
             ("findings", "Findings of the diagnosis"),
         ],

@@ -78,6 +78,12 @@ struct Info {
     /// Names of the cameras of the file, which may be empty; `--camera` takes their numbers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cameras: Vec<String>,
+    /// Those of its lights, which `--light file` shows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lights: Vec<String>,
+    /// Those of its scenes; `--scene` takes their numbers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    scenes: Vec<String>,
     scene_bytes: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
@@ -154,6 +160,8 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         offset: scene.offset.to_array(),
         scene_up: scene.up.to_array(),
         cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        lights: scene.lights.iter().map(|light| light.name.clone()).collect(),
+        scenes: scene.scene_names.clone(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, &accel.reading()),
         width_px: has_rays.then_some(VIEW_PX[0]),
@@ -240,9 +248,13 @@ fn print_text(
             .collect();
     line(out, "vertices", if attributes.is_empty() { "positions only".to_owned() } else { attributes.join(", ") })?;
     line(out, "bounds", format!("{} to {}", vector(info.bounds_min), vector(info.bounds_max)))?;
-    if !info.cameras.is_empty() {
-        let named = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
-        line(out, "cameras", info.cameras.iter().enumerate().map(named).collect::<Vec<_>>().join(", "))?;
+    let named = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
+    for (label, names, least) in
+        [("scenes", &info.scenes, 2), ("cameras", &info.cameras, 1), ("lights", &info.lights, 1)]
+    {
+        if names.len() >= least {
+            line(out, label, names.iter().enumerate().map(named).collect::<Vec<_>>().join(", "))?;
+        }
     }
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::adaptation::Metered;
 use super::ambient_occlusion::around;
+use super::lights::KeyLight;
 use super::lit::{Bounce, Lit, bounced_light};
 use super::request::RenderRequest;
 use super::sampling::SampleId;
@@ -97,8 +98,9 @@ fn stops(light: f32, exposure: Exposure) -> f32 {
 struct MeterPoint {
     hit: Hit,
     orientation: Orientation,
-    /// Direction and light of the key light, times the cosine between the direction and the normal.
-    key: (Vec3, Vec3),
+    key: KeyLight,
+    /// Its light times the cosine between its direction and the normal.
+    key_light: Vec3,
 }
 
 /// Sums over a row of the grid.
@@ -117,15 +119,16 @@ fn meter_row<C: Container>(context: &TraceContext<C>, lit: &Lit, request: &Rende
         let position = surface::position(context.scene, &hit);
         let id = SampleId { x: column, y: row, sample: 0 };
         bounces.extend(around(context, position, &orientation, f32::INFINITY, RAYS, id));
-        let (towards, key) = lit.lights.key(-ray.direction);
-        points.push(MeterPoint { hit, orientation, key: (towards, key * orientation.smooth.dot(towards).max(0.0)) });
+        let key = lit.lights.key(orientation.lifted, orientation.smooth, -ray.direction, None);
+        let key_light = key.light * orientation.smooth.dot(key.towards).max(0.0);
+        points.push(MeterPoint { hit, orientation, key, key_light });
     }
     let mut bounce_hits = vec![None; bounces.len()];
     context.closest_hits(&bounces, &mut bounce_hits);
-    // Those to the sun first, if there is one.
-    let suns = if lit.lights.sun().is_some() { &points[..] } else { &[] };
+    // Those to the key light first, if it can be blocked.
+    let suns = if lit.lights.casts_shadows() { &points[..] } else { &[] };
     let to_sun = |MeterPoint { orientation, key, .. }: &MeterPoint| {
-        context.ray_from(orientation.lifted, orientation.geometric, key.0, f32::INFINITY)
+        context.ray_to(orientation.lifted, orientation.geometric, key.towards, key.distance)
     };
     let mut shadow_rays: Vec<Ray> = suns.iter().map(to_sun).collect();
     let bounced: Vec<Option<Bounce>> =
@@ -154,7 +157,7 @@ fn meter_row<C: Container>(context: &TraceContext<C>, lit: &Lit, request: &Rende
 impl MeterPoint {
     /// The sums of this point alone, where the key light arrives if it `is_lit`; zeros where its light is not finite.
     fn sums(&self, scene: &Scene, ambient: Vec3, open: Vec3, is_lit: bool) -> Sums {
-        let light = if is_lit { ambient + self.key.1 } else { ambient };
+        let light = if is_lit { ambient + self.key_light } else { ambient };
         // Luminance of linear sRGB (ITU-R BT.709).
         let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
         let color = surface::base_color(scene, scene.material(self.hit.primitive_index), &self.hit);

@@ -44,7 +44,7 @@ impl Ground {
         (weight > 0.0).then_some((position, weight))
     }
 
-    /// Appends the shadow rays of a ray that hit nothing: one to the sun, if there is one, then in samples after the first some
+    /// Appends the shadow rays of a ray that hit nothing: one to the key light, if that can be blocked, then in samples after the first some
     /// into the sky.
     pub(super) fn shadow_rays<C: Container>(
         &self,
@@ -55,9 +55,10 @@ impl Ground {
         rays: &mut Vec<Ray>,
     ) {
         let Some((position, _)) = self.meet(ray, context.diagonal) else { return };
-        if let Some(sun) = lights.sun() {
-            let towards = if id.sample == 0 { sun } else { lights.towards_sun(id.light_point()) };
-            rays.push(context.ray_from(position, self.up, towards, f32::INFINITY));
+        if lights.casts_shadows() {
+            let key = lights.key(position, self.up, self.up, None);
+            let towards = if id.sample == 0 { key.towards } else { lights.towards(&key, id.light_point()) };
+            rays.push(context.ray_to(position, self.up, towards, key.distance));
         }
         if id.sample > 0 {
             let flat = Orientation::flat(self.up, position);
@@ -67,12 +68,13 @@ impl Ground {
 
     /// Fraction of the light that arrives where a ray meets the ground, by the answers of its shadow rays.
     pub(super) fn light(&self, lights: &Lights, ray: &Ray, diagonal: f32, blocked: &[bool]) -> f32 {
-        let Some((_, weight)) = self.meet(ray, diagonal) else { return 1.0 };
+        let Some((position, weight)) = self.meet(ray, diagonal) else { return 1.0 };
         let grey = |light: Vec3| light.element_sum() / 3.0;
         let sky = grey(lights.sky(self.up));
-        let (towards_sun, key) = lights.key(self.up);
-        let sun = if lights.sun().is_some() { grey(key) * towards_sun.dot(self.up).max(0.0) } else { 0.0 };
-        let (to_sun, to_sky) = blocked.split_at(usize::from(lights.sun().is_some()).min(blocked.len()));
+        let key = lights.key(position, self.up, self.up, None);
+        let has_sun = lights.casts_shadows();
+        let sun = if has_sun { grey(key.light) * key.towards.dot(self.up).max(0.0) } else { 0.0 };
+        let (to_sun, to_sky) = blocked.split_at(usize::from(has_sun).min(blocked.len()));
         let open = if to_sky.is_empty() { 1.0 } else { openness(to_sky) };
         let seen = if to_sun == [true] { 0.0 } else { sun };
         let light = (sky * open + seen) / (sky + sun);

@@ -6,11 +6,11 @@ use glam::Vec3;
 use super::ambient_occlusion::around;
 use super::brdf::Reflectance;
 use super::ground::Ground;
-use super::lights::Lights;
+use super::lights::{KeyLight, Lights};
 use super::sampling::SampleId;
 use super::shade::{Shade, Shaded};
 use super::surface::{self, Orientation};
-use super::trace_context::TraceContext;
+use super::trace_context::{TraceContext, chance};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -58,19 +58,20 @@ pub(super) struct LitPoint {
     bounce_count: usize,
     /// Weight of the mean light in view, which has no noise, against what was traced.
     mean_weight: f32,
-    /// The shadow ray to the sun of a surface that faces it.
-    sun_ray: Option<Ray>,
+    key: KeyLight,
+    /// The shadow ray to the key light of a surface that faces it.
+    key_ray: Option<Ray>,
 }
 
 impl LitPoint {
-    /// The shadow rays' answers: whether the sun reaches the surface, and all light that arrives from elsewhere than the key
+    /// The shadow rays' answers: whether the key light reaches the surface, and all light that arrives from elsewhere than the key
     /// light.
     fn resolve(&self, blocked: &[bool], mean_openness: Vec3) -> (bool, Vec3) {
         let mut blocked = blocked.iter();
-        let sees_sun = self.sun_ray.is_some() && blocked.next() == Some(&false);
+        let sees_key = self.key_ray.is_some() && blocked.next() == Some(&false);
         let mean = self.sky * mean_openness;
         if self.bounce_count == 0 {
-            return (sees_sun, mean * self.occlusion);
+            return (sees_key, mean * self.occlusion);
         }
         let mut sum = Vec3::ZERO;
         for bounce in &self.bounces[..self.bounce_count] {
@@ -82,7 +83,7 @@ impl LitPoint {
                 Some(Bounce { light, .. }) => bounced_light(*light, self.sky),
             };
         }
-        (sees_sun, (sum / self.bounce_count as f32).lerp(mean, self.mean_weight) * self.occlusion)
+        (sees_key, (sum / self.bounce_count as f32).lerp(mean, self.mean_weight) * self.occlusion)
     }
 }
 
@@ -130,28 +131,35 @@ impl Lit {
         let [near, far] = BOUNCED_SKY;
         let mut light = self.lights.sky(there.smooth) * (near + (far - near) * distance);
         let mut sun = None;
-        let (towards_key, key) = self.lights.key(-ray.direction);
-        if self.lights.sun().is_none() {
-            light += key * (BOUNCED_HEADLIGHT * there.smooth.dot(towards_key).max(0.0));
-        } else if there.smooth.dot(towards_key) > 0.0 {
-            sun = Some(color * key * there.smooth.dot(towards_key));
-            rays.push(context.ray_from(there.lifted, there.geometric, towards_key, f32::INFINITY));
+        let key = self.lights.key(there.lifted, there.smooth, -ray.direction, Some(chance(&hit)));
+        let facing = there.smooth.dot(key.towards).max(0.0);
+        if !self.lights.casts_shadows() {
+            light += key.light * (BOUNCED_HEADLIGHT * facing);
+        } else if facing > 0.0 {
+            sun = Some(color * key.light * facing);
+            rays.push(context.ray_to(there.lifted, there.geometric, key.towards, key.distance));
         }
         Some(Bounce { light: color * light + emitted, sun })
     }
 }
 
-/// The shadow ray of a surface towards the sun; `None` if there is none, or the surface or its mapped `normal` faces away from it.
-pub(super) fn sun_ray<C: Container>(
+/// The key light at a surface with this mapped `normal`, and the shadow ray towards it: `None` if nothing blocks that light, or the
+/// surface or its mapped normal faces away from it.
+pub(super) fn key_light<C: Container>(
     context: &TraceContext<C>,
     lights: &Lights,
     orientation: &Orientation,
-    normal: Vec3,
+    (normal, view): (Vec3, Vec3),
     id: SampleId,
-) -> Option<Ray> {
-    let sun = lights.sun().filter(|&sun| orientation.smooth.dot(sun) > 0.0 && normal.dot(sun) > 0.0)?;
-    let towards = if id.sample == 0 { sun } else { lights.towards_sun(id.light_point()) };
-    Some(context.ray_from(orientation.lifted, orientation.geometric, towards, f32::INFINITY))
+) -> (KeyLight, Option<Ray>) {
+    let point = id.light_point();
+    let key = lights.key(orientation.lifted, normal, view, (id.sample > 0).then_some(point.x));
+    let is_facing = orientation.smooth.dot(key.towards) > 0.0 && normal.dot(key.towards) > 0.0;
+    let ray = (lights.casts_shadows() && is_facing).then(|| {
+        let towards = if id.sample == 0 { key.towards } else { lights.towards(&key, point) };
+        context.ray_to(orientation.lifted, orientation.geometric, towards, key.distance)
+    });
+    (key, ray)
 }
 
 /// The rays of a surface into its hemisphere, in samples after the first.
@@ -187,7 +195,8 @@ impl<C: Container> Shade<C> for Lit {
         point.occlusion = surface::occlusion(scene, material, hit);
         point.sky = self.lights.sky(point.normal);
         point.reflectance = surface::reflectance(scene, material, base_color, hit);
-        point.sun_ray = sun_ray(context, &self.lights, &orientation, point.normal, id);
+        let towards_viewer = (point.normal, -ray.direction);
+        (point.key, point.key_ray) = key_light(context, &self.lights, &orientation, towards_viewer, id);
         // The first sample stays noise-free and fast.
         if id.sample > 0 {
             rays.extend(sky_rays(context, position, &orientation, id));
@@ -198,7 +207,7 @@ impl<C: Container> Shade<C> for Lit {
         point
     }
 
-    /// The shadow ray to the sun, then that of each surface that blocks the sky.
+    /// The shadow ray to the key light, then that of each surface that blocks the sky.
     fn occlusion_rays(
         &self,
         context: &TraceContext<C>,
@@ -208,7 +217,7 @@ impl<C: Container> Shade<C> for Lit {
         bounces: (&[Ray], &[Option<Hit>]),
         rays: &mut Vec<Ray>,
     ) {
-        rays.extend(point.sun_ray);
+        rays.extend(point.key_ray);
         for ((bounce, ray), hit) in point.bounces.iter_mut().zip(bounces.0).zip(bounces.1) {
             *bounce = self.bounce(context, ray, *hit, rays);
         }
@@ -226,18 +235,17 @@ impl<C: Container> Shade<C> for Lit {
         if point.is_unlit {
             return Shaded::color(point.emitted);
         }
-        let LitPoint { reflectance, normal, .. } = *point;
+        let LitPoint { reflectance, normal, key, .. } = *point;
         let view = -ray.direction;
-        let (sees_sun, ambient) = point.resolve(blocked, self.mean_openness);
+        let (sees_key, ambient) = point.resolve(blocked, self.mean_openness);
         let mirrored = reflectance.mirrored(normal.dot(view));
         // Surfaces that block the sky block its reflection as well.
         let openness = ambient / point.sky;
         let direction = (normal * (2.0 * normal.dot(view)) - view).normalize_or(normal);
         let mut radiance = reflectance.diffuse * (1.0 - mirrored.max_element()) * ambient
             + mirrored * self.lights.mirrored_sky(direction, reflectance.roughness()) * openness;
-        if sees_sun || self.lights.sun().is_none() {
-            let (towards_key, key) = self.lights.key(view);
-            radiance += reflectance.direct(normal, view, towards_key) * key;
+        if sees_key || !self.lights.casts_shadows() {
+            radiance += reflectance.direct(normal, view, key.towards) * key.light;
         }
         Shaded::radiance(radiance + point.emitted)
     }
@@ -256,7 +264,8 @@ impl<C: Container> Shade<C> for Lit {
         _tests: TestCounts,
         blocked: &[bool],
     ) -> Shaded {
-        let light = self.ground.map_or(1.0, |ground| ground.light(&self.lights, ray, context.diagonal, blocked));
+        let light =
+            self.ground.as_ref().map_or(1.0, |ground| ground.light(&self.lights, ray, context.diagonal, blocked));
         Shaded::color(background * light)
     }
 }

@@ -64,17 +64,20 @@ pub enum Light {
     Headlight,
     /// From a fixed high direction, with shadow rays.
     Sun,
+    /// The lights of the file, with shadow rays; the sun where it has none.
+    File,
 }
 
 impl Light {
     /// All lights.
-    pub const ALL: [Self; 2] = [Self::Headlight, Self::Sun];
+    pub const ALL: [Self; 3] = [Self::Headlight, Self::Sun, Self::File];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Headlight => "headlight",
             Self::Sun => "sun",
+            Self::File => "file",
         }
     }
 }

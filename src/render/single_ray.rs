@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ambient_occlusion::{self, around};
 use super::lights::Lights;
-use super::lit::{sky_rays, sun_ray};
+use super::lit::{key_light, sky_rays};
 use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
 use super::surface;
@@ -211,10 +211,12 @@ fn leaving<C: Container>(
     match kind {
         RayKind::Primary => Ok(*first),
         RayKind::Shadow => {
-            let lights = Lights::new(request.settings.light, scene.up);
-            lights.sun().ok_or(NoRay::Headlight)?;
+            let lights = Lights::of_scene(request.settings.light, scene);
+            if !lights.casts_shadows() {
+                return Err(NoRay::Headlight);
+            }
             let normal = surface::mapped_normal(scene, material, &orientation, first, &hit);
-            sun_ray(context, &lights, &orientation, normal, id).ok_or(NoRay::FacesAway)
+            key_light(context, &lights, &orientation, (normal, -first.direction), id).1.ok_or(NoRay::FacesAway)
         }
         RayKind::AmbientOcclusion => {
             let radius = context.diagonal * ambient_occlusion::RADIUS;
@@ -267,7 +269,7 @@ mod tests {
         with_tree!(&request.accel.tree, tree => {
             let normals = surface::Normals::new(&request.settings, &request.accel.scene, &token).unwrap();
             let context = TraceContext::new(&request, tree, normals);
-            let lit = Lit::new(Lights::new(request.settings.light, request.accel.scene.up));
+            let lit = Lit::new(Lights::of_scene(request.settings.light, &request.accel.scene));
             for [x, y] in (0..request.height_px).flat_map(|y| (0..request.width_px).map(move |x| [x, y])) {
                 let [first, second] = [0, 1].map(|sample| SampleId { x, y, sample });
                 let [_, shadow] = rays_of(&context, &lit, first);

@@ -181,7 +181,7 @@ pub(super) fn reflectance(scene: &Scene, material: &Material, base_color: Vec3, 
 }
 
 /// The unit normal at a hit by the material's normal map, facing the origin of the ray; the smooth one without a map, or without
-/// texture coordinates that span the triangle. Tangents follow the texture coordinates of each triangle.
+/// texture coordinates that span the triangle. Tangents are those of the file, or follow the texture coordinates of each triangle.
 pub(super) fn mapped_normal(
     scene: &Scene,
     material: &Material,
@@ -194,10 +194,9 @@ pub(super) fn mapped_normal(
     let texture = &scene.textures[index as usize];
     let Some(uvs) = corner_uvs(scene, hit.primitive_index, texture.uv_set) else { return normal };
     let [a, b, c] = uvs.map(|uv| texture.uv_transform.transform_point2(uv));
-    let Some((along_u, along_v)) = tangents(&scene.triangles[hit.primitive_index as usize], b - a, c - a, normal)
-    else {
-        return normal;
-    };
+    let triangle = &scene.triangles[hit.primitive_index as usize];
+    let by_uvs = || tangents(triangle, b - a, c - a, normal);
+    let Some((along_u, along_v)) = file_tangents(scene, orientation, hit).or_else(by_uvs) else { return normal };
     let texel = sample(scene, index, hit).truncate() * 2.0 - 1.0;
     // Seen from behind, the bumps are dents.
     let scale = if orientation.is_back { -material.normal_scale } else { material.normal_scale };
@@ -211,6 +210,17 @@ pub(super) fn mapped_normal(
 
 /// Least cosine between a mapped normal and the direction to the viewer.
 const MIN_FACING: f32 = 0.02;
+
+/// Unit directions along u and along v by the tangents of the file, perpendicular to the smooth normal; `None` where it has none.
+fn file_tangents(scene: &Scene, orientation: &Orientation, hit: &Hit) -> Option<(Vec3, Vec3)> {
+    let Attributes { corners, tangents, .. } = scene.attributes.as_ref().filter(|all| !all.tangents.is_empty())?;
+    let tangent = interpolate(tangents, corners[hit.primitive_index as usize], hit);
+    let normal = orientation.smooth;
+    let along_u = (tangent.truncate() - normal * normal.dot(tangent.truncate())).try_normalize()?;
+    // The bitangent belongs to the side that the file calls the front, and points against v.
+    let sign = if (tangent.w < 0.0) == orientation.is_back { 1.0 } else { -1.0 };
+    Some((along_u, normal.cross(along_u) * -sign))
+}
 
 /// Unit directions on the surface along u and along v, perpendicular to `normal`. `uv_b` and `uv_c` are the texture coordinates of
 /// the second and third corner less those of the first.
@@ -239,4 +249,61 @@ pub(super) fn base_color(scene: &Scene, material: &Material, hit: &Hit) -> Vec3 
         color *= interpolate(colors, corners[hit.primitive_index as usize], hit);
     }
     color
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneSource;
+    use glam::DVec3;
+
+    /// The unit triangle in the plane z = 0 with a texel that leans along u and against v.
+    fn leaning() -> Scene {
+        let triangle = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        let mut scene = Scene::from_triangles(SceneSource::default_builtin(), vec![triangle]);
+        assert_eq!(scene.offset, DVec3::ZERO);
+        let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::NEG_Y];
+        scene.attributes =
+            Some(Attributes { corners: vec![[0, 1, 2]], normals: vec![Vec3::Z; 3], uvs, ..Attributes::default() });
+        scene.materials[0].normal_texture = Some(0);
+        let texture = crate::scene::Texture {
+            width: 1,
+            height: 1,
+            texels: Arc::new(vec![[192, 160, 230, 255]]),
+            is_linear: true,
+            uv_set: 0,
+            wrap: [crate::scene::WrapMode::Repeat; 2],
+            uv_transform: glam::Affine2::IDENTITY,
+        };
+        scene.textures.push(texture);
+        scene
+    }
+
+    fn seen(scene: &Scene, from: Vec3) -> Vec3 {
+        let hit = Hit { primitive_index: 0, t: 1.0, u: 0.25, v: 0.25 };
+        let ray = Ray::new(from, -from);
+        let orientation = orientation(scene, &Normals::File, &ray, &hit);
+        mapped_normal(scene, &scene.materials[0], &orientation, &ray, &hit)
+    }
+
+    #[test]
+    fn tangents_of_a_file_replace_those_by_texture_coordinates() {
+        let mut scene = leaning();
+        let by_uvs = [Vec3::Z, Vec3::NEG_Z].map(|from| seen(&scene, from));
+        assert!(by_uvs[0].x > 0.1 && by_uvs[0].y > 0.1, "{by_uvs:?}");
+        let mut with = |tangent: Vec4| {
+            scene.attributes.as_mut().into_iter().for_each(|all| all.tangents = vec![tangent; 3]);
+            [Vec3::Z, Vec3::NEG_Z].map(|from| seen(&scene, from))
+        };
+        for (found, expected) in with(Vec4::new(1.0, 0.0, 0.0, 1.0)).into_iter().zip(by_uvs) {
+            assert!((found - expected).length() < 1e-6, "{found} instead of {expected}");
+        }
+        // A mirrored bitangent turns y around, a tangent along y both.
+        let [front, back] = with(Vec4::new(1.0, 0.0, 0.0, -1.0));
+        assert!((front - by_uvs[0] * Vec3::new(1.0, -1.0, 1.0)).length() < 1e-6, "{front}");
+        assert!((back - by_uvs[1] * Vec3::new(1.0, -1.0, 1.0)).length() < 1e-6, "{back}");
+        let [turned, _] = with(Vec4::new(0.0, 1.0, 0.0, 1.0));
+        assert!((turned - Vec3::new(-by_uvs[0].y, by_uvs[0].x, by_uvs[0].z)).length() < 1e-6, "{turned}");
+        assert_eq!(with(Vec4::ZERO), by_uvs);
+    }
 }

@@ -82,7 +82,7 @@ fn trace(
         let mut output = Output { request, metered: (Metered::NOTHING, true), deliver, radiance };
         match request.settings.shading {
             Shading::Lit => {
-                let mut lit = Lit::new(Lights::new(request.settings.light, accel.scene.up));
+                let mut lit = Lit::new(Lights::of_scene(request.settings.light, &accel.scene));
                 let metered = meter(&context, &lit, request, token)?;
                 let exposure = request.settings.exposure;
                 output.metered =

@@ -247,6 +247,11 @@ impl<'a, C: Container> TraceContext<'a, C> {
         ray
     }
 
+    /// A shadow ray to a light at this distance.
+    pub(super) fn ray_to(&self, position: Vec3, geometric_normal: Vec3, direction: Vec3, distance: f32) -> Ray {
+        self.ray_from(position, geometric_normal, direction, distance * (1.0 - 1e-4))
+    }
+
     /// Samples that hit nothing leave their pixel clear.
     pub(super) fn is_clear(&self) -> bool {
         self.background == Background::Transparent
@@ -277,7 +282,7 @@ fn has_holes(material: &Material) -> bool {
 }
 
 /// A number from 0 to 1 that is another one for each hit, and the same for the same hit.
-fn chance(hit: &Hit) -> f32 {
+pub(super) fn chance(hit: &Hit) -> f32 {
     // Mixed by the finaliser of MurmurHash3 (public domain).
     let mut hash = hit.primitive_index;
     for bits in [hit.u.to_bits(), hit.v.to_bits()] {

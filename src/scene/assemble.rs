@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::error::{FileLocation, LoadError, Warnings};
 use super::file_camera::Lens;
+use super::file_light::{Lamp, placed};
 use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
 use super::smooth::SmoothNormals;
@@ -30,8 +31,8 @@ const SHOWN_REASONS: usize = 3;
 /// Bytes of a triangle with its vertex indices and its material index.
 pub(super) const BYTES_PER_TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<[u32; 3]>() + size_of::<u32>()) as u64;
 
-/// Bytes of a vertex: position, normal, colour and two sets of texture coordinates.
-pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + 2 * size_of::<Vec2>()) as u64;
+/// Bytes of a vertex: position, normal, colour, tangent and two sets of texture coordinates.
+pub(super) const BYTES_PER_VERTEX: u64 = (3 * size_of::<Vec3>() + size_of::<Vec4>() + 2 * size_of::<Vec2>()) as u64;
 
 /// The reason why no memory is available for triangles or vertices.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +67,7 @@ pub(super) struct Assembly {
     corners: Vec<[u32; 3]>,
     vertex_count: usize,
     normals: Vec<Vec3>,
+    tangents: Vec<Vec4>,
     uvs: Vec<Vec2>,
     uvs2: Vec<Vec2>,
     colors: Vec<Vec3>,
@@ -83,6 +85,10 @@ pub(super) struct Assembly {
     pub(super) lenses: Vec<Lens>,
     /// The view that one starts with is that of the first camera.
     pub(super) starts_at_camera: bool,
+    /// The lights of the file.
+    pub(super) lamps: Vec<Lamp>,
+    /// Names of the file's scenes, and the index of the one that is shown.
+    pub(super) scenes: (Vec<String>, usize),
     /// Whether the file holds a tree of its triangles.
     pub(super) has_tree: bool,
     /// Every file that was opened so far, the model first.
@@ -99,6 +105,7 @@ pub(super) struct Assembly {
 #[derive(Default)]
 pub(super) struct VertexLists {
     pub(super) normals: Vec<Vec3>,
+    pub(super) tangents: Vec<Vec4>,
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
@@ -112,6 +119,7 @@ impl Assembly {
             corners: Vec::new(),
             vertex_count: 1,
             normals: Vec::new(),
+            tangents: Vec::new(),
             uvs: Vec::new(),
             uvs2: Vec::new(),
             colors: Vec::new(),
@@ -123,6 +131,8 @@ impl Assembly {
             mesh_count: 0,
             lenses: Vec::new(),
             starts_at_camera: false,
+            lamps: Vec::new(),
+            scenes: (Vec::new(), 0),
             has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
@@ -163,6 +173,7 @@ impl Assembly {
         let first = self.vertex_count;
         let Some(end) = first.checked_add(count).filter(|&end| u32::try_from(end).is_ok()) else { return Ok(None) };
         append(&mut self.normals, first, end, &lists.normals, Vec3::ZERO, token)?;
+        append(&mut self.tangents, first, end, &lists.tangents, Vec4::ZERO, token)?;
         append(&mut self.uvs, first, end, &lists.uvs, Vec2::ZERO, token)?;
         append(&mut self.uvs2, first, end, &lists.uvs2, Vec2::ZERO, token)?;
         append(&mut self.colors, first, end, &lists.colors, Vec3::ONE, token)?;
@@ -244,6 +255,7 @@ impl Assembly {
             self.corners.resize(self.triangles.len(), [0; 3]);
             let end = self.vertex_count;
             pad(&mut self.normals, end, Vec3::ZERO);
+            pad(&mut self.tangents, end, Vec4::ZERO);
             pad(&mut self.uvs, end, Vec2::ZERO);
             pad(&mut self.uvs2, end, Vec2::ZERO);
             pad(&mut self.colors, end, Vec3::ONE);
@@ -251,6 +263,7 @@ impl Assembly {
             Attributes {
                 corners: self.corners,
                 normals: self.normals,
+                tangents: self.tangents,
                 uvs: self.uvs,
                 uvs2: self.uvs2,
                 colors: self.colors,
@@ -261,6 +274,10 @@ impl Assembly {
             self.materials.push(Material::clay());
         }
         let offset = self.offset;
+        let lamps = self.lamps.len();
+        let lights = placed(self.lamps, &bounds, offset);
+        let what = "lights without strength or direction left out";
+        self.warnings.add_many(lamps.saturating_sub(lights.len()) as u64, what, || FileLocation::File);
         let cameras = self.lenses.into_iter().filter_map(|lens| lens.placed(&bounds, offset)).collect();
         Ok(Scene {
             source: source.clone(),
@@ -271,6 +288,9 @@ impl Assembly {
             up,
             cameras,
             starts_at_camera: self.starts_at_camera,
+            lights: lights.into(),
+            scene_names: self.scenes.0,
+            shown_scene: self.scenes.1,
             interior: None,
             attributes,
             material_indices: self.material_indices,

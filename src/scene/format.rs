@@ -28,16 +28,23 @@ pub struct FormatInfo {
     pub names: &'static [&'static str],
     /// File name extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
+    /// MIME types, which the desktop entry names; none where no desktop knows one.
+    pub mime_types: &'static [&'static str],
 }
 
 /// Every model file format, in the order in which help texts name them.
 pub const FILE_FORMATS: [FormatInfo; 6] = [
-    FormatInfo { format: FileFormat::Obj, names: &["OBJ"], extensions: &["obj"] },
-    FormatInfo { format: FileFormat::Gltf, names: &["glTF", "GLB"], extensions: &["gltf", "glb"] },
-    FormatInfo { format: FileFormat::Ply, names: &["PLY"], extensions: &["ply"] },
-    FormatInfo { format: FileFormat::Stl, names: &["STL"], extensions: &["stl"] },
-    FormatInfo { format: FileFormat::Pbrt, names: &["PBRT"], extensions: &["pbrt"] },
-    FormatInfo { format: FileFormat::Bvh, names: &["BVH"], extensions: &["bvh"] },
+    FormatInfo { format: FileFormat::Obj, names: &["OBJ"], extensions: &["obj"], mime_types: &["model/obj"] },
+    FormatInfo {
+        format: FileFormat::Gltf,
+        names: &["glTF", "GLB"],
+        extensions: &["gltf", "glb"],
+        mime_types: &["model/gltf+json", "model/gltf-binary"],
+    },
+    FormatInfo { format: FileFormat::Ply, names: &["PLY"], extensions: &["ply"], mime_types: &["model/x-ply"] },
+    FormatInfo { format: FileFormat::Stl, names: &["STL"], extensions: &["stl"], mime_types: &["model/stl"] },
+    FormatInfo { format: FileFormat::Pbrt, names: &["PBRT"], extensions: &["pbrt"], mime_types: &["model/x-pbrt"] },
+    FormatInfo { format: FileFormat::Bvh, names: &["BVH"], extensions: &["bvh"], mime_types: &[] },
 ];
 
 impl FileFormat {
@@ -99,6 +106,14 @@ mod tests {
             assert_eq!(FileFormat::from_extension(Path::new(name)), format, "{name}");
         }
         assert_eq!(format_names("or"), "OBJ, glTF, GLB, PLY, STL, PBRT or BVH");
+    }
+
+    #[test]
+    fn the_desktop_entry_names_the_types_of_all_formats() {
+        let entry = include_str!("../../assets/bvhscope.desktop");
+        let types = entry.lines().find_map(|line| line.strip_prefix("MimeType=")).unwrap_or_default();
+        let of_table: Vec<&str> = FILE_FORMATS.iter().flat_map(|row| row.mime_types).copied().collect();
+        assert_eq!(types.split_terminator(';').collect::<Vec<_>>(), of_table);
     }
 
     #[test]

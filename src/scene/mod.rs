@@ -16,6 +16,8 @@ mod model;
 
 mod file_camera;
 
+mod file_light;
+
 mod format;
 
 mod gzip;
@@ -68,6 +70,7 @@ mod builtin;
 
 pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use file_camera::FileCamera;
+pub use file_light::FileLight;
 pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_extensions};
 pub use interior::Interior;
 pub use load::{load, load_bytes};

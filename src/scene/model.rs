@@ -4,10 +4,11 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::error::{FileLocation, Warnings};
 use super::file_camera::FileCamera;
+use super::file_light::FileLight;
 use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
@@ -35,6 +36,12 @@ pub struct Scene {
     pub cameras: Vec<FileCamera>,
     /// The view that one starts with is that of the first camera, if there is one.
     pub starts_at_camera: bool,
+    /// The lights of the file.
+    pub lights: Arc<[FileLight]>,
+    /// Names of the file's scenes, of which one is shown; empty where the format has one scene at most.
+    pub scene_names: Vec<String>,
+    /// Index of the scene that is shown.
+    pub shown_scene: usize,
     /// Where to stand inside a model that encloses the centre of `bounds`, as a room does; `None` for every other model.
     pub interior: Option<Interior>,
     /// Vertex attributes; `None` if the file has neither normals, texture coordinates nor colours.
@@ -66,6 +73,9 @@ pub struct Attributes {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v down as in glTF; empty if the file has none.
     pub uvs: Vec<Vec2>,
+    /// Unit tangents along u with the sign of the bitangent as w, as in glTF; empty if the file has none or no surface needs them. A
+    /// zero tangent stands for the direction of u on the triangle.
+    pub tangents: Vec<Vec4>,
     /// The second set of texture coordinates, of textures whose `uv_set` is 1; empty if none needs it.
     pub uvs2: Vec<Vec2>,
     /// Linear RGB colours that multiply the material's; empty if the file has none.
@@ -87,6 +97,9 @@ impl Scene {
             up: Vec3::Y,
             cameras: Vec::new(),
             starts_at_camera: false,
+            lights: Arc::new([]),
+            scene_names: Vec::new(),
+            shown_scene: 0,
             interior: None,
             attributes: None,
             material_indices: Vec::new(),
@@ -157,6 +170,7 @@ impl Scene {
             [
                 size_of_val(&a.corners[..]),
                 size_of_val(&a.normals[..]),
+                size_of_val(&a.tangents[..]),
                 size_of_val(&a.uvs[..]),
                 size_of_val(&a.uvs2[..]),
                 size_of_val(&a.colors[..]),

@@ -120,3 +120,39 @@ fn draco_data_with_more_triangles_than_declared_are_refused() {
         assert!(result.is_err(), "{count}");
     }
 }
+
+/// A texture in WebP, sound, cut at every byte and changed at random: the model loads in any case, with a warning where the picture
+/// is lost.
+#[test]
+fn damaged_webp_textures_leave_the_model() {
+    let mut webp = std::io::Cursor::new(Vec::new());
+    let texel = |x: u32, y: u32| image::Rgba([(x * 16) as u8, (y * 16) as u8, (x * y) as u8, 255]);
+    image::RgbaImage::from_fn(16, 16, texel).write_to(&mut webp, image::ImageFormat::WebP).unwrap();
+    let sound = webp.into_inner();
+    let with = |bytes: &[u8]| {
+        let mut document = triangle();
+        document["images"] = json!([{"uri": uri(bytes), "mimeType": "image/webp"}]);
+        document["textures"] = json!([{"extensions": {"EXT_texture_webp": {"source": 0}}}]);
+        document["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]);
+        document["meshes"][0]["primitives"][0]["material"] = json!(0);
+        let scene = load(&document).unwrap();
+        crate::entry_points::check(&scene);
+        // The other warning is about the missing coordinates of the texture.
+        (scene.textures.len(), scene.warnings.entries.iter().any(|warning| warning.what.starts_with("images left out")))
+    };
+    assert_eq!(with(&sound), (1, false));
+    for length in 0..sound.len() - 1 {
+        let (textures, warned) = with(&sound[..length]);
+        assert!(textures == 1 || warned, "{length} of {} bytes pass silently", sound.len());
+    }
+    let mut random = Random(0x3EB9);
+    for _ in 0..60 {
+        let mut bytes = sound.clone();
+        for _ in 0..1 + random.below(4) {
+            let at = random.below(bytes.len());
+            bytes[at] = random.next() as u8;
+        }
+        let (textures, warned) = with(&bytes);
+        assert!(textures == 1 || warned, "{bytes:?} passes silently");
+    }
+}

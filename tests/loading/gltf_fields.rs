@@ -28,13 +28,14 @@ fn document() -> Value {
         "scene": 0,
         "scenes": [{"nodes": [0, 2, 3]}],
         "nodes": [
-            {"mesh": 0, "children": [1]}, {"mesh": 0, "skin": 0, "camera": 0}, {"translation": [0.5, 0.5, 0.5]},
+            {"mesh": 0, "children": [1]}, {"mesh": 0, "skin": 0, "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}, {"translation": [0.5, 0.5, 0.5]},
             {"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0, "ROTATION": 7, "SCALE": 0}}}}
         ],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 2.5}]}},
         "cameras": [{"name": "front", "perspective": {"yfov": 0.8}}],
         "skins": [{"inverseBindMatrices": 6, "joints": [2]}],
         "meshes": [{"primitives": [{
-            "attributes": {"POSITION": 0, "NORMAL": 2, "TEXCOORD_0": 3, "TEXCOORD_1": 3, "JOINTS_0": 4, "WEIGHTS_0": 5},
+            "attributes": {"POSITION": 0, "NORMAL": 2, "TANGENT": 5, "TEXCOORD_0": 3, "TEXCOORD_1": 3, "JOINTS_0": 4, "WEIGHTS_0": 5},
             "indices": 1, "material": 0, "mode": 4
         }]}],
         "accessors": [

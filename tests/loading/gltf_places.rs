@@ -243,3 +243,64 @@ fn cameras_stand_where_their_nodes_are() {
     // Without one, the view is as it was.
     assert_ne!(bvhscope::view::CameraChoice::default().camera(&scene).eye, door.eye);
 }
+
+#[test]
+fn lights_stand_where_their_nodes_are() {
+    let mut document = triangle();
+    document["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+        {"type": "spot", "name": "lamp", "color": [1.0, 0.5, 0.0], "intensity": 40.0, "spot": {"outerConeAngle": 0.5}},
+        {"type": "directional", "intensity": 3.0},
+        {"type": "point", "intensity": 0.0}
+    ]}});
+    let carrying = |light: u64| json!({"KHR_lights_punctual": {"light": light}});
+    document["nodes"] = json!([
+        {"mesh": 0, "children": [1, 2, 3, 4]},
+        {"translation": [0.25, 0.25, 4.0], "extensions": carrying(0)},
+        // Turned by 90° around y: -z becomes -x.
+        {"rotation": [0.0, 0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt()], "extensions": carrying(1)},
+        {"translation": [0.25, 0.25, -4.0], "extensions": carrying(0)},
+        {"extensions": carrying(2)}
+    ]);
+    let scene = load(&document).unwrap();
+    assert_eq!(scene.lights.len(), 3);
+    assert!(format!("{:?}", scene.warnings).contains("lights without strength"), "{:?}", scene.warnings);
+    let [lamp, sun, behind] = [0, 1, 2].map(|index| &scene.lights[index]);
+    assert_eq!((lamp.name.as_str(), lamp.position), ("lamp", Some(Vec3::new(0.25, 0.25, 4.0))));
+    assert!((lamp.direction - Vec3::NEG_Z).length() < 1e-6 && (sun.direction - Vec3::NEG_X).length() < 1e-6);
+    assert!(sun.position.is_none() && (lamp.color.y / lamp.color.x - 0.5).abs() < 1e-6);
+    let center = Vec3::new(0.25, 0.25, 0.0);
+    assert!(lamp.at(center).2.x > 0.1 && behind.at(center).2 == Vec3::ZERO, "a cone shines along -z");
+}
+
+#[test]
+fn tangents_are_read_where_a_map_of_normals_needs_them() {
+    let mut document = triangle();
+    // Mirrored along x, which mirrors the bitangent, too.
+    document["nodes"][0]["scale"] = json!([-2.0, 1.0, 1.0]);
+    let tangents = floats(&[0.6, 0.8, 0.0, 1.0, 0.6, 0.8, 0.0, 1.0, 0.6, 0.8, 0.0, -1.0]);
+    let index = add(&mut document, 5126, "VEC4", false, 3, &tangents);
+    let normals = add(&mut document, 5126, "VEC3", false, 3, &floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]));
+    let uvs = add(&mut document, 5126, "VEC2", false, 3, &floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]));
+    let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+    (attributes["TANGENT"], attributes["NORMAL"], attributes["TEXCOORD_0"]) =
+        (json!(index), json!(normals), json!(uvs));
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    document["materials"] = json!([{}]);
+    assert!(load(&document).unwrap().attributes.unwrap().tangents.is_empty());
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([128, 128, 255, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .unwrap();
+    document["images"] = json!([{"uri": uri(png.get_ref())}]);
+    document["textures"] = json!([{"source": 0}]);
+    document["materials"] = json!([{"normalTexture": {"index": 0}}]);
+    let scene = load(&document).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let attributes = scene.attributes.unwrap();
+    let of_file = attributes.corners[0].map(|corner| attributes.tangents[corner as usize]);
+    // A mirrored triangle has its corners in another order.
+    for (tangent, sign) in of_file.into_iter().zip([-1.0, 1.0, -1.0]) {
+        let expected = glam::Vec4::new(-1.2, 0.8, 0.0, 0.0).normalize() + glam::Vec4::W * sign;
+        assert!((tangent - expected).length() < 1e-6, "{tangent}");
+    }
+}

@@ -158,8 +158,20 @@ fn each_kind_is_counted_with_its_first_place() {
         (
             changed("/extensions", json!({"KHR_lights_punctual": {"lights": [{}, {}]}})),
             2,
-            "lights not used",
+            "lights of an unknown type left out",
+            "extensions.KHR_lights_punctual.lights[0].type: unknown type null",
+        ),
+        (
+            changed("/extensions", json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}})),
+            1,
+            "lights without a place in the scene left out",
             "extensions.KHR_lights_punctual.lights[0]",
+        ),
+        (
+            changed("/nodes/0/extensions", json!({"KHR_lights_punctual": {"light": 2}})),
+            1,
+            "nodes with a light that does not exist",
+            "nodes[0].extensions.KHR_lights_punctual.light: lights[2] does not exist, there are 0",
         ),
         (changed("/nodes/0/skin", json!(0)), 1, "meshes with a skeleton", "nodes[0].skin"),
         (

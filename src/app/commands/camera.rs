@@ -8,7 +8,7 @@ use crate::app::state::preferences::{self, Bookmark};
 use crate::app::state::{AppState, Severity};
 use crate::app::viewport::{orbit, picking};
 use crate::section::SectionPlane;
-use crate::view::NamedView;
+use crate::view::{NamedView, of_file};
 
 /// Angle of one orbit step in radians: 5 degrees.
 const ORBIT_STEP: f32 = 5.0 * std::f32::consts::PI / 180.0;
@@ -33,6 +33,14 @@ pub(super) fn reset(state: &mut AppState, view: NamedView) {
     let up = state.model.up();
     if let Some(shown) = &state.model.presented {
         orbit::reset(&mut state.wanted.camera, view, &shown.accel.scene, up);
+    }
+}
+
+/// Looks through a camera of the model's file.
+pub(super) fn go_to_camera_of_file(state: &mut AppState, index: usize) {
+    let scene = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
+    if let Some(camera) = scene.and_then(|scene| scene.cameras.get(index)) {
+        state.wanted.camera = of_file(camera);
     }
 }
 

@@ -20,6 +20,8 @@ use bvhscope_engine::cancel::CancelToken;
 #[derive(Debug, Clone, PartialEq)]
 struct LoadKey {
     source: SceneSource,
+    /// The scene of the file; `None` for its default.
+    scene: Option<usize>,
     /// Incremented when the user reads the same source again.
     generation: u64,
 }
@@ -97,13 +99,15 @@ impl LoadRail {
         self.latest.refuse(None);
     }
 
-    /// Requests the wanted model unless it is loaded, in flight or refused.
-    pub(crate) fn request(&mut self, source: &SceneSource, now: Instant) {
-        let key = LoadKey { source: source.clone(), generation: self.generation };
+    /// Requests a `scene` of the wanted model unless it is loaded, in flight or refused.
+    pub(crate) fn request(&mut self, source: &SceneSource, scene: Option<usize>, now: Instant) {
+        // The scene was chosen for the file that is loaded.
+        let scene = scene.filter(|_| self.loaded.as_ref().is_none_or(|loaded| loaded.source == *source));
+        let key = LoadKey { source: source.clone(), scene, generation: self.generation };
         if self.loaded.as_ref() == Some(&key) {
             self.latest.stop();
         } else if ![self.latest.key(), self.latest.refused()].contains(&Some(&key)) {
-            let job = LoadJob { key: key.clone(), options: self.options.clone() };
+            let job = LoadJob { key: key.clone(), options: LoadOptions { scene, ..self.options.clone() } };
             self.latest.request(key, job, now);
         }
     }
@@ -152,6 +156,7 @@ impl LoadRail {
             None => NamedView::Default.camera(&scene, scene.up),
         });
         self.keep_camera = false;
+        state.model.load_options.scene = key.scene;
         // A tree file with its triangles is model and tree in one, until another tree of the model is chosen.
         if scene.has_tree && self.loaded.as_ref().is_none_or(|loaded| loaded.source != key.source) {
             let path = scene.source.path().map(Path::to_path_buf);
@@ -187,13 +192,18 @@ impl LoadRail {
     fn revert(&mut self, state: &mut AppState) {
         if let Some(scene) = &state.model.loaded {
             state.wanted.source = scene.source.clone();
+            state.model.load_options.scene = self.loaded.as_ref().and_then(|key| key.scene);
             self.generation = self.loaded.as_ref().map_or(self.generation, |key| key.generation);
         }
     }
 
-    /// Returns to `scene`, which was loaded before the newest one.
-    pub(crate) fn return_to(&mut self, scene: &Scene) {
-        self.loaded = Some(LoadKey { source: scene.source.clone(), generation: self.generation });
+    /// Returns to `scene`, which was loaded before the newest one, and wants it.
+    pub(crate) fn return_to(&mut self, scene: &Scene, state: &mut AppState) {
+        state.wanted.source = scene.source.clone();
+        state.model.load_options.scene = (scene.scene_names.len() > 1).then_some(scene.shown_scene);
+        let scene = state.model.load_options.scene;
+        let source = state.wanted.source.clone();
+        self.loaded = Some(LoadKey { source, scene, generation: self.generation });
         self.next_camera = None;
     }
 

@@ -173,7 +173,7 @@ impl Reconciler {
     /// Requests whatever is stale. Returns the delay after which this is to be called again even if nothing arrives.
     pub(crate) fn reconcile(&mut self, state: &mut AppState, now: Instant) -> Option<Duration> {
         let moving = self.motion.observe(state, now);
-        self.load.request(&state.wanted.source, now);
+        self.load.request(&state.wanted.source, state.model.load_options.scene, now);
         self.request_tree(state, moving, now);
         // The first tree comes first: both are built on the same cores.
         if (!self.build.is_busy() || state.wanted.second.is_none()) && self.second.request(state, moving, now) {
@@ -380,8 +380,7 @@ impl Reconciler {
         state.wanted.set_tree_file(TreeSide::A, file);
         state.wanted.threads = presented.threads;
         if state.model.loaded.as_ref().is_none_or(|loaded| !Arc::ptr_eq(loaded, &scene)) {
-            state.wanted.source = scene.source.clone();
-            self.load.return_to(&scene);
+            self.load.return_to(&scene, state);
             self.build.discard_pending();
             state.model.loaded = Some(scene);
         }

@@ -19,6 +19,8 @@ pub enum Action {
     Open,
     /// Open the recent file with this index, newest 0.
     OpenRecent(usize),
+    /// Show the scene of the model's file with this index.
+    ShowSceneOfFile(usize),
     /// Open the scene of [`crate::scene::BUILTIN_SCENES`] with this index.
     OpenBuiltin(usize),
     /// Read the model again.
@@ -61,6 +63,8 @@ pub enum Action {
     NextBookmark,
     /// Go to the bookmark with this index.
     GoToBookmark(usize),
+    /// Look through the camera of the model's file with this index.
+    GoToCameraOfFile(usize),
     /// Remove the bookmark that the camera is at.
     RemoveBookmark,
     /// Fill the picture with the selected node, or with the model where none is selected.

@@ -42,7 +42,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME", value_parser = named::<Shading>,
           help = help::<Shading>("What colours mean: ", " [default: lit]"))]
     pub shading: Option<Shading>,
-    /// Light of the lit mode: sun (with shadows) or headlight [default: sun]
+    /// Light of the lit mode: sun (with shadows), headlight, or file (its own lights) [default: sun]
     #[arg(long, value_name = "NAME", value_parser = named::<Light>)]
     pub light: Option<Light>,
     /// Exposure of the lit mode: auto (metered), or a number of stops, -8 to 8, of which each doubles the light [default: auto]

@@ -41,7 +41,7 @@ pub struct RayArgs {
     #[arg(long, value_name = "NAME", value_parser = named::<RayKind>, default_value = "primary",
           help = help::<RayKind>("That ray, or one that leaves the surface it hits, as pictures trace them: ", ""))]
     pub kind: RayKind,
-    /// Light of shadow rays: sun, or headlight, which has none [default: sun]
+    /// Light of shadow rays: sun, file (its own lights), or headlight, which has none [default: sun]
     #[arg(long, value_name = "NAME", value_parser = named::<Light>)]
     pub light: Option<Light>,
     /// How it visits the nodes of the binary tree: ordered (near child first, culled by distance), or paper (neither)

@@ -94,11 +94,6 @@ pub(super) fn check_extensions(path: &Path, document: &Map<String, Value>) -> Re
 
 /// Counts what the file announces and no scene here holds.
 pub(super) fn warn(document: &gltf::Document, warnings: &mut Warnings, token: &CancelToken) -> Result<(), Cancelled> {
-    let lights =
-        document.extension_value(extension::LIGHTS).and_then(|value| Some(value.get("lights")?.as_array()?.len()));
-    warnings.add_many(lights.unwrap_or(0) as u64, "lights not used", || {
-        FileLocation::Json("extensions.KHR_lights_punctual.lights[0]".to_owned())
-    });
     for mesh in document.meshes() {
         token.check()?;
         if let Some(primitive) = mesh.primitives().find(|primitive| primitive.morph_targets().len() > 0) {

@@ -1,13 +1,17 @@
-//! Cameras of a glTF file, which are offered as views.
+//! Cameras of a glTF file, which are offered as views, and its lights (KHR_lights_punctual).
 
 use std::f64::consts::FRAC_PI_4;
 
 use glam::{DMat4, DVec3};
 use serde_json::{Map, Value};
 
+use super::table::{LIGHTS_LIST, extension};
+use super::transform::numbers;
 use crate::scene::assemble::Assembly;
 use crate::scene::error::FileLocation;
 use crate::scene::file_camera::Lens;
+use crate::scene::file_light::Lamp;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A camera and the nodes that carry it.
 pub(super) struct Camera {
@@ -64,4 +68,50 @@ pub(super) fn place(cameras: &[Camera], worlds: &[Option<DMat4>], assembly: &mut
             distance: None,
         }));
     }
+}
+
+/// Adds each light, wherever a node of the scene carries it.
+pub(super) fn place_lights(
+    document: &gltf::Document,
+    worlds: &[Option<DMat4>],
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    let list = document.extension_value(extension::LIGHTS).and_then(|all| all.get(LIGHTS_LIST)?.as_array());
+    let Some(list) = list else { return Ok(()) };
+    let mut is_placed = vec![false; list.len()];
+    for (node, world) in document.nodes().zip(worlds) {
+        token.check()?;
+        let carried = node.extension_value(extension::LIGHTS).and_then(|carried| carried.get("light")?.as_u64());
+        let Some(index) = carried.and_then(|index| usize::try_from(index).ok()) else { continue };
+        if let (Some(light), Some(is_placed), Some(world)) = (list.get(index), is_placed.get_mut(index), world) {
+            assembly.lamps.extend(lamp(light, *world));
+            *is_placed = true;
+        }
+    }
+    for (index, light) in list.iter().enumerate() {
+        token.check()?;
+        if !is_placed[index] && light.get("type").is_some() {
+            let place = || FileLocation::Json(format!("extensions.{}.{LIGHTS_LIST}[{index}]", extension::LIGHTS));
+            assembly.warnings.add("lights without a place in the scene left out", place);
+        }
+    }
+    Ok(())
+}
+
+/// A light at the place of a node; `None` for one of an unknown type, which was counted.
+fn lamp(light: &Value, world: DMat4) -> Option<Lamp> {
+    let kind = light.get("type").and_then(Value::as_str)?;
+    let number = |value: Option<&Value>| value.and_then(Value::as_f64);
+    let angle = |name: &str| number(light.get("spot").and_then(|spot| spot.get(name)));
+    let color = numbers(light.get("color")).map_or(DVec3::ONE, DVec3::from_array);
+    Some(Lamp {
+        name: light.get("name").and_then(Value::as_str).unwrap_or_default().to_owned(),
+        color: color * number(light.get("intensity")).unwrap_or(1.0),
+        world,
+        is_directional: kind == "directional",
+        cone: (kind == "spot")
+            .then(|| [angle("innerConeAngle").unwrap_or(0.0), angle("outerConeAngle").unwrap_or(FRAC_PI_4)]),
+        range: number(light.get("range")).filter(|&range| range > 0.0),
+    })
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::{DMat4, DVec3, Mat3, Mat4, Vec3};
+use glam::{DMat4, DVec3, Mat3, Mat4, Vec3, Vec4};
 
 use super::instances::Instances;
 use super::nodes::Placement;
@@ -12,6 +12,7 @@ use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, 
 use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::offset::Extent;
 use crate::scene::read::READ_PROGRESS;
+use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -136,8 +137,15 @@ fn add_primitive(
     let positions = primitive.positions.iter().enumerate().map(|(k, &point)| at(k).0.transform_point3(point));
     let positions = collect_cancellable(count, positions, token)?;
     let normals = primitive.normals.iter().enumerate().map(|(k, &normal)| (at(k).1 * normal).normalize_or_zero());
+    // The bitangent is mirrored with the surface.
+    let tangent = |(k, tangent): (usize, &Vec4)| {
+        let (transform, _, sign) = at(k);
+        direction(transform.transform_vector3(tangent.truncate())).unwrap_or_default().extend(tangent.w * sign)
+    };
+    let tangents = primitive.tangents.iter().enumerate().map(tangent);
     let lists = VertexLists {
         normals: collect_cancellable(primitive.normals.len(), normals, token)?,
+        tangents: collect_cancellable(primitive.tangents.len(), tangents, token)?,
         uvs: collect_cancellable(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
         uvs2: collect_cancellable(primitive.uvs2.len(), primitive.uvs2.iter().copied(), token)?,
         colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,

@@ -136,6 +136,7 @@ impl Reader<'_, '_> {
             uv_set: set(0).unwrap_or(0),
             second_uv_set: set(1),
             has_texture: set(0).is_some(),
+            has_normal_map: material.normal_texture.is_some(),
             is_cut_out: alpha_cutoff > 0.0,
         };
         (material, used)

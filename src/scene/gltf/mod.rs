@@ -53,6 +53,9 @@ pub(super) fn load(
     let hierarchy = nodes::hierarchy(path, &document, options.scene, &mut assembly.warnings, token)?;
     let accessors = Accessors::new(&document);
     cameras::place(&document.cameras, &hierarchy.worlds, assembly);
+    cameras::place_lights(&document.gltf, &hierarchy.worlds, assembly, token)?;
+    let name = |scene: gltf::Scene<'_>| scene.name().unwrap_or_default().to_owned();
+    assembly.scenes = (document.gltf.scenes().map(name).collect(), hierarchy.scene);
     let copies = plan(path, &document, &accessors, hierarchy, assembly, token)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);

@@ -25,6 +25,8 @@ pub(super) struct Hierarchy {
     pub(super) placements: Vec<Placement>,
     /// From the space of each node to the world; `None` for nodes outside the scene.
     pub(super) worlds: Vec<Option<DMat4>>,
+    /// Index of the scene that is shown.
+    pub(super) scene: usize,
 }
 
 /// Where the hierarchy names a node: in the scene or, by its parent, among the children.
@@ -45,7 +47,7 @@ pub(super) fn hierarchy(
     token: &CancelToken,
 ) -> Result<Hierarchy, LoadError> {
     let nodes = &document.gltf.as_json().nodes;
-    let mut stack = starts(&document.gltf, scene, warnings);
+    let (mut stack, scene) = starts(&document.gltf, scene, warnings);
     // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     let (mut placements, mut worlds) = (Vec::new(), vec![None; nodes.len()]);
@@ -78,11 +80,11 @@ pub(super) fn hierarchy(
             warnings.add_many(count, what, || FileLocation::Json(format!("nodes[{first}]")));
         }
     }
-    Ok(Hierarchy { placements, worlds })
+    Ok(Hierarchy { placements, worlds, scene })
 }
 
-/// The nodes of the scene to be shown, the last first. Without scenes, the nodes that have no parent.
-fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> Vec<Mention> {
+/// The nodes of the scene to be shown, the last first, and its index. Without scenes, the nodes that have no parent.
+fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> (Vec<Mention>, usize) {
     let start = |node: usize| Mention { node, parent: SCENE, transform: DMat4::IDENTITY };
     let chosen = wanted.and_then(|wanted| document.scenes().nth(wanted));
     if let (Some(wanted), None) = (wanted, &chosen) {
@@ -99,7 +101,7 @@ fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warni
         warnings.add_many(others, what, || FileLocation::Json(format!("scenes[{first}]")));
         let mut steps: Vec<Mention> = scene.nodes().map(|node| start(node.index())).collect();
         steps.reverse();
-        return steps;
+        return (steps, scene.index());
     }
     let nodes = &document.as_json().nodes;
     let mut is_root = vec![true; nodes.len()];
@@ -111,7 +113,7 @@ fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warni
         // Every node has a parent, so there is a cycle, which is reported from any of its nodes.
         steps.push(start(0));
     }
-    steps
+    (steps, 0)
 }
 
 /// The error message about a node that was reached from parent `first` and again from parent `second`.

@@ -3,7 +3,7 @@
 //! Only vertices that triangles refer to are read, so that the work is bounded by the number of corners even if many primitives
 //! share one long list of vertices.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use gltf::mesh::Mode;
@@ -24,6 +24,8 @@ pub(super) struct Primitive {
     pub(super) bounds: [Vec3; 2],
     /// Normals; as the other attributes empty or as long as `positions`.
     pub(super) normals: Vec<Vec3>,
+    /// Tangents with the sign of the bitangent, only of surfaces with a map of normals.
+    pub(super) tangents: Vec<Vec4>,
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
@@ -47,6 +49,7 @@ pub(super) struct MaterialUse {
     /// The set of its other textures, if there is a second one.
     pub(super) second_uv_set: Option<u32>,
     pub(super) has_texture: bool,
+    pub(super) has_normal_map: bool,
     /// The opacity of vertices decides about holes.
     pub(super) is_cut_out: bool,
 }
@@ -236,7 +239,7 @@ impl Gather<'_> {
     }
 }
 
-/// Reads normals, texture coordinates, colours, joints and weights; those that cannot be read are left out with a warning.
+/// Reads normals, tangents, texture coordinates, colours, joints and weights; those that cannot be read are left out with a warning.
 fn read_attributes<'a>(
     primitive: &mut Primitive,
     json: &gltf::Primitive<'a>,
@@ -276,6 +279,12 @@ fn read_attributes<'a>(
     let material = materials.get(primitive.material).copied().unwrap_or_default();
     if let Some(normals) = optional(Semantic::Normals, "normals", &|found| found.width == 3 && is_unit(found))? {
         primitive.normals = gather.all(&normals, vector)?;
+    }
+    if material.has_normal_map
+        && !primitive.normals.is_empty()
+        && let Some(tangents) = optional(Semantic::Tangents, "tangents", &|found| found.width == 4 && is_unit(found))?
+    {
+        primitive.tangents = gather.all(&tangents, Vec4::from_array)?;
     }
     let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != DataType::U32;
     if let Some(uvs) = optional(Semantic::TexCoords(material.uv_set), "texture coordinates", &is_uv)? {

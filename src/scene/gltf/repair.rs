@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::table::{DOCUMENT, EMPTY_ENTRIES, Lost, POSITION, Row, Rule, Target, extension};
+use super::table::{DOCUMENT, EMPTY_ENTRIES, LIGHTS_LIST, Lost, POSITION, Row, Rule, Target, extension};
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
 use bvhscope_engine::cancel::CancelToken;
@@ -28,7 +28,9 @@ pub(super) fn repair(
     token: &CancelToken,
 ) -> Result<(), LoadError> {
     let length = |name: &str| document.get(name).and_then(Value::as_array).map_or(0, Vec::len);
-    let lengths = DOCUMENT.iter().map(|(name, _)| (*name, length(name))).collect();
+    let mut lengths: HashMap<&str, usize> = DOCUMENT.iter().map(|(name, _)| (*name, length(name))).collect();
+    let lights = document.get("extensions").and_then(|all| all.get(extension::LIGHTS)?.get(LIGHTS_LIST)?.as_array());
+    lengths.insert(LIGHTS_LIST, lights.map_or(0, Vec::len));
     let mut walk = Walk { file, lengths, path: Vec::new(), visited: 0, warnings, token };
     let (first, others) = DOCUMENT.split_at(1);
     walk.fields(first, document)?;

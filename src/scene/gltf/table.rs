@@ -116,14 +116,14 @@ pub(super) static DOCUMENT: [Row; 17] = [
     ("samplers", List(&SAMPLER)),
     ("cameras", List(&CAMERA)),
     ("animations", List(&Present)),
-    ("extensions", Extensions(&[(extension::LIGHTS, Object(&[("lights", List(&Present))]))])),
+    ("extensions", Extensions(&[(extension::LIGHTS, Object(&[("lights", List(&LIGHT))]))])),
 ];
 
 static ASSET: Rule = Object(&[("version", Label), ("minVersion", Label)]);
 
 static CHILD: Rule = to("nodes", Field, "nodes out of range left out");
 
-static SCENE: Rule = Object(&[("nodes", Needed(&List(&CHILD))), ("extensions", Extensions(&[]))]);
+static SCENE: Rule = Object(&[("name", Label), ("nodes", Needed(&List(&CHILD))), ("extensions", Extensions(&[]))]);
 
 static NODE: Rule = Object(&[
     ("children", List(&CHILD)),
@@ -134,8 +134,25 @@ static NODE: Rule = Object(&[
     ("translation", Numbers(3)),
     ("rotation", Numbers(4)),
     ("scale", Numbers(3)),
-    ("extensions", Extensions(&[(extension::INSTANCING, INSTANCING), (extension::LIGHTS, Present)])),
+    ("extensions", Extensions(&[(extension::INSTANCING, INSTANCING), (extension::LIGHTS, CARRIED_LIGHT)])),
 ]);
+
+/// The lights of a document as a list that indices point into, though it is not at the top.
+pub(super) const LIGHTS_LIST: &str = "lights";
+
+const CARRIED_LIGHT: Rule =
+    Object(&[("light", to(LIGHTS_LIST, Field, "nodes with a light that does not exist placed without it"))]);
+
+static LIGHT: Rule = Object(&[
+    ("name", Label),
+    ("type", Needed(&LIGHT_TYPE)),
+    ("color", Numbers(3)),
+    ("intensity", Number),
+    ("range", Number),
+    ("spot", Object(&[("innerConeAngle", Number), ("outerConeAngle", Number)])),
+]);
+
+static LIGHT_TYPE: Rule = Word(&["directional", "point", "spot"], Field, "lights of an unknown type left out");
 
 static CAMERA: Rule = Object(&[
     ("name", Label),

@@ -32,6 +32,11 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             state.activity.requests.push(Request::Open(SceneSource::File(path)));
         })
         .within("Open recent"),
+        current(scenes_of_file, |state, index| {
+            state.model.load_options.scene = Some(index);
+        })
+        .switch(|state, index| Some(state.model.loaded.as_ref().is_some_and(|scene| scene.shown_scene == index)))
+        .within("Scenes of the file"),
     ],
     &[
         one(
@@ -86,6 +91,16 @@ fn builtin_scenes() -> Vec<Item> {
 fn open_builtin(state: &mut AppState, index: usize) {
     let source = SceneSource::Builtin { name: BUILTIN_SCENES[index].name.to_owned(), size: None };
     state.activity.requests.push(Request::Open(source));
+}
+
+/// The scenes to choose from, where there are several.
+fn scenes_of_file(state: &AppState) -> Vec<Item> {
+    let names = state.model.loaded.iter().flat_map(|scene| scene.scene_names.iter().enumerate());
+    let scene = |(index, name): (usize, &String)| {
+        let label = if name.is_empty() { format!("Scene {index}") } else { name.clone() };
+        item(Action::ShowSceneOfFile(index), label, format!("Show scene {index} of the model's file"))
+    };
+    Some(names.map(scene).collect()).filter(|scenes: &Vec<Item>| scenes.len() > 1).unwrap_or_default()
 }
 
 fn recent_files(state: &AppState) -> Vec<Item> {

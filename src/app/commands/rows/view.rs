@@ -87,6 +87,7 @@ const CAMERA: &[Row] = &[
         |state, _| camera::frame_selection(state),
     )
     .when(is_presented),
+    current(cameras_of_file, camera::go_to_camera_of_file).within("Cameras of the file"),
     one(Action::AddBookmark, "Add bookmark", "Keep this camera, to come back to it", &[(CTRL, Key::D)], |state, _| {
         camera::add_bookmark(state);
     }),
@@ -231,6 +232,17 @@ fn orbit_steps() -> Vec<Item> {
         Item { key: Some((NONE, key)), ..item(Action::Orbit(step), format!("Orbit {name}"), tip) }
     };
     OrbitStep::ALL.map(step).into()
+}
+
+fn cameras_of_file(state: &AppState) -> Vec<Item> {
+    let scene = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
+    let cameras = scene.into_iter().flat_map(|scene| scene.cameras.iter().enumerate());
+    cameras
+        .map(|(index, camera)| {
+            let label = if camera.name.is_empty() { format!("Camera {index}") } else { camera.name.clone() };
+            item(Action::GoToCameraOfFile(index), label, format!("Look through camera {index} of the model's file"))
+        })
+        .collect()
 }
 
 fn kept_cameras(state: &AppState) -> Vec<Item> {

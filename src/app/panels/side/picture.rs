@@ -47,13 +47,17 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
 
 /// Light, exposure and ground.
 fn light(ui: &mut Ui, state: &mut AppState) {
+    let has_own = state.model.presented.as_ref().is_some_and(|shown| !shown.accel.scene.lights.is_empty());
+    let wanted = state.wanted.render.light;
     let mut lights = Light::ALL.map(|light| match light {
         Light::Headlight => (light, "Headlight", "From the camera, without shadows: faster"),
         Light::Sun => (light, "Sun", "From high above, with shadows"),
+        Light::File => (light, "File", "The lights of the model's file, with shadows; the sun where it has none"),
     });
     lights.reverse();
+    let offered = if has_own || wanted == Light::File { &lights[..] } else { &lights[1..] };
     let tip = "Where the light comes from";
-    combo(ui, "Light", tip, &mut state.wanted.render.light, &lights);
+    combo(ui, "Light", tip, &mut state.wanted.render.light, offered);
     exposure(ui, state);
     let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
                stay as they are";
