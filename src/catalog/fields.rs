@@ -47,7 +47,7 @@ pub const CONDITIONS: [Field; 17] = [
         "populations",
         "Of `--rays`, for each population: its name, number of rays, root_hits (rays that enter the root), visits and \
          predicted_visits of all nodes, and cost of a ray that enters the root, in which a visited interior node counts 1 and a \
-         tested triangle 1; of `info` also node_visits, the visits of each node in the order of `tree -o FILE.csv`",
+         tested triangle 1, and tests_per_entering_ray, in which each container tested counts 1, too; of `info` also node_visits, the visits of each node in the order of `tree -o FILE.csv`",
     ),
     ("warnings", "Warnings of loading the model"),
 ];

@@ -285,7 +285,8 @@ fn print_text(
         let ray = |visits: f64| number(if sums.root_hits > 0 { visits / f64::from(sums.root_hits) } else { 0.0 });
         let [visits, predicted] = [ray(sums.visits as f64), ray(sums.predicted_visits)];
         let text = format!(
-            "{entering} of {rays} enter the root: {visits} visits each, {predicted} predicted; cost {}",
+            "{entering} of {rays} enter the root: {} tests each; {visits} visits, {predicted} predicted; cost {}",
+            sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), number),
             number(sums.cost)
         );
         line(out, sums.population.name(), text)?;

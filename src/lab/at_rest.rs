@@ -98,6 +98,8 @@ mod tests {
             let request = RenderRequest::new(&accel, measuring_camera(&scene), settings, [256; 2]);
             let counted = count_tests(&request, &token).unwrap();
             assert_eq!((counted.rays, counted.entering), (measured.rays.into(), measured.root_hits.into()));
+            let [by_visits, by_tests] = [measured.tests_per_entering_ray, counted.per_entering_ray().map(f64::from)];
+            assert!((by_visits.unwrap() / by_tests.unwrap() - 1.0).abs() < 1e-6, "{by_visits:?} {by_tests:?}");
             let per_ray = counted.container_tests_per_ray + counted.primitive_tests_per_ray;
             assert!(accel.entering_tests().unwrap() > per_ray);
         }

@@ -10,6 +10,7 @@ use bvhscope_engine::geometry::{Aabb, Ray};
 use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_visits};
+use bvhscope_engine::tree::{Container, Node, Tree};
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 
@@ -230,6 +231,24 @@ pub struct MeasuredRays {
     pub predicted_visits: f64,
     /// Cost of a ray that enters the root, in the unit of the SAH cost, which predicts it; see [`Visits::cost`].
     pub cost: f64,
+    /// Containers and triangles tested by a ray that enters the root, on average; see [`tests_per_entering_ray`]. Earlier versions
+    /// did not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tests_per_entering_ray: Option<f64>,
+}
+
+/// Tests of a ray that enters the root: of the root, of all children of each interior node that is visited, and of all triangles
+/// of each leaf that is visited, though an any-hit ray ends at the first that it hits. `None` where no ray enters the root.
+fn tests_per_entering_ray<C: Container>(
+    tree: &Tree<C>,
+    visits: &Visits,
+    token: &CancelToken,
+) -> Result<Option<f64>, Cancelled> {
+    token.check()?;
+    let root_hits = u64::from(visits.root_hits());
+    let of_node = |node: &Node<C>| u64::from(if node.is_leaf() { node.count } else { node.arity() });
+    let below: u64 = tree.nodes.iter().zip(&visits.counts).map(|(node, &count)| u64::from(count) * of_node(node)).sum();
+    Ok((root_hits > 0).then(|| (root_hits + below) as f64 / root_hits as f64))
 }
 
 impl MeasuredRays {
@@ -238,7 +257,8 @@ impl MeasuredRays {
         with_tree!(&accel.tree, tree => {
             let (sum, predicted_visits) = visits.sums(tree, token)?;
             let (rays, root_hits, cost) = (visits.rays, visits.root_hits(), visits.cost(tree, token)?);
-            Ok(Self { population, rays, root_hits, visits: sum, predicted_visits, cost })
+            let tests_per_entering_ray = tests_per_entering_ray(tree, visits, token)?;
+            Ok(Self { population, rays, root_hits, visits: sum, predicted_visits, cost, tests_per_entering_ray })
         })
     }
 }

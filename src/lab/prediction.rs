@@ -143,6 +143,7 @@ mod tests {
             visits: 5,
             predicted_visits: 3.0,
             cost,
+            tests_per_entering_ray: None,
         };
         let row = |container, builder: &str, population, cost| Measurement {
             container,

@@ -50,6 +50,7 @@ pub(super) fn sample() -> Measurement {
             visits: 13,
             predicted_visits: 2.5,
             cost: 1.25,
+            tests_per_entering_ray: None,
         }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
     }

@@ -114,6 +114,7 @@ mod tests {
                 visits: 1,
                 predicted_visits: 2.0,
                 cost,
+                tests_per_entering_ray: None,
             },
             MeasuredRays {
                 population: Population::Shadow,
@@ -122,6 +123,7 @@ mod tests {
                 visits: 0,
                 predicted_visits: 0.0,
                 cost: 0.0,
+                tests_per_entering_ray: None,
             },
         ];
         let settings = if builder == "aac" { sample().settings } else { Stated::default() };

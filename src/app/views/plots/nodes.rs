@@ -48,8 +48,9 @@ fn counts(ui: &mut Ui, scatter: &VisitScatter, shown: &Presented) {
     let [rays, entering] = [sums.rays, sums.root_hits].map(|count| format::count(u64::from(count)));
     let each = |visits: f64| format::significant(visits / f64::from(sums.root_hits.max(1)));
     let text = format!(
-        "{}: {entering} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {} · {} never visited",
+        "{}: {entering} of {rays} rays enter the root · {} tests each · {} visits, {} predicted · cost {}, SAH {} · {} never visited",
         sums.population.label(),
+        sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), format::significant),
         each(sums.visits as f64),
         each(sums.predicted_visits),
         format::significant(sums.cost),
