@@ -8,9 +8,17 @@ pub(super) const LIGHTEST: f32 = 0.4;
 /// Share of black in the colour of the last level.
 pub(super) const DARKEST: f32 = 0.3;
 /// Opacity of the other lines while a node is selected.
-pub(super) const DIMMED: f32 = 0.45;
+const DIMMED: f32 = 0.45;
+/// Opacity of white lines: they leave the colours below them visible, and their dark edges are seen on white.
+const NEUTRAL: f32 = 0.75;
 /// Opacity of silhouettes of spheres behind the surface, relative to other hidden lines.
 pub(super) const HIDDEN_SILHOUETTE: f32 = 0.3;
+
+/// Opacity of lines of no role: while a node is selected, and in white.
+pub(super) const fn strength(has_selection: bool, is_neutral: bool) -> f32 {
+    let dimmed = if has_selection { DIMMED } else { 1.0 };
+    if is_neutral { dimmed * NEUTRAL } else { dimmed }
+}
 
 /// Place of a depth among the drawn `levels`: 0 for the first, 1 for the last, 0.5 where there is one level. The shaders compute
 /// the same.

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
-use crate::overlay::level::DIMMED;
+use crate::overlay::level::strength;
 use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
 
 /// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
@@ -49,6 +49,7 @@ impl ViewUniforms {
         let [scale_low, scale_high] = input.shown.scale;
         let line_width = if input.settings.line_width.is_finite() { input.settings.line_width } else { 1.25 };
         let points = if input.pixels_per_point.is_finite() { input.pixels_per_point } else { 1.0 };
+        let is_neutral = input.neutral_lines && input.show_picture;
         Self {
             eye: input.camera.eye.to_array(),
             perspective: f32::from(u8::from(perspective)),
@@ -72,8 +73,8 @@ impl ViewUniforms {
             color_by: input.settings.color_by as u32,
             circle_segments,
             show_picture: u32::from(input.show_picture),
-            neutral: u32::from(input.neutral_lines && input.show_picture),
-            strength: if input.selection.selected.is_some() { DIMMED } else { 1.0 },
+            neutral: u32::from(is_neutral),
+            strength: strength(input.selection.selected.is_some(), is_neutral),
             levels: input.shown.levels.map(|level| level as f32),
             padding: [0.0; 2],
             section: section(input, [right, up, forward]),

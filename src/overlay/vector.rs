@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::highlight::highlighted;
-use super::level::{DIMMED, HIDDEN_SILHOUETTE, level_color, level_width};
+use super::level::{HIDDEN_SILHOUETTE, level_color, level_width, strength};
 use super::node::{OverlayNode, Role};
 use super::node_table::{NodeTable, Shown};
 use super::ramp::{position, ramp};
@@ -151,8 +151,7 @@ fn stroke(
         let behind = if role == Role::Waiting { hidden } else { hidden.max(LEAST_MARKED_ALPHA) };
         return Stroke { color, width_px: settings.line_width * role.width() * thin, opacity: [1.0, behind] };
     }
-    let dimmed = if input.selection.selected.is_some() { DIMMED } else { 1.0 };
-    let front = size.clamp(FAINTEST, 1.0) * dimmed;
+    let front = size.clamp(FAINTEST, 1.0) * strength(input.selection.selected.is_some(), input.neutral_lines);
     let silhouette = if kind == ContainerKind::Sphere { HIDDEN_SILHOUETTE } else { 1.0 };
     let color = ramp(position(node, settings.color_by, input.shown.scale));
     let levels = input.shown.levels;

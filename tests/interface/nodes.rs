@@ -52,7 +52,7 @@ fn the_worst_nodes_are_sorted_selected_and_stepped_through() {
     harness.get_by_label("Sort by Overlap").click();
     settle(&mut harness);
     assert!(ranked(&harness).is_sorted_by(|&a, &b| table.overlap(a) <= table.overlap(b)), "the other way round");
-    harness.get_by_label("Sort by Visits").click();
+    harness.get_by_label("Sort by Visits ÷ predicted").click();
     settle(&mut harness);
     let by_visits = ranked(&harness);
     assert!(!by_visits.is_empty(), "visits were measured");

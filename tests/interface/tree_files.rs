@@ -65,7 +65,7 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
 #[test]
 fn a_tree_file_takes_the_place_of_the_build_until_a_setting_changes() {
     let (mut harness, _folder, path) = with_tree_file();
-    assert!(harness.query_by_label_contains("mine.bvh · handmade · boxes").is_some());
+    assert!(harness.query_by_label_contains("mine.bvh (handmade), box").is_some());
     assert!(harness.query_by_label("Build instead").is_some());
     assert_eq!(harness.state().state.preferences.recent_trees, std::slice::from_ref(&path));
     assert_eq!(presented(&harness).accel.build_ms(), Some(12.5));

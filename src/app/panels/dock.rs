@@ -2,7 +2,7 @@
 
 use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use crate::app::commands::{Action, Entry, entries};
+use crate::app::commands::{Action, CompareStep, Entry, entries};
 use crate::app::state::AppState;
 use crate::app::theme;
 use crate::app::views::{VIEWS, View, open_view};
@@ -56,6 +56,11 @@ fn tabs(ui: &mut Ui, state: &mut AppState, open: &View) {
             let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open.name)));
             if icon_button(ui, rect, Icon::Close, "Close dock").tip(tip).clicked() {
                 state.preferences.dock.open = None;
+            }
+            // The views are of the first tree, whichever is edited.
+            let tip = "The views show tree A. A click exchanges the two trees, so that they show the other";
+            if state.model.second.is_some() && ui.button("Tree A").tip(tip).clicked() {
+                Action::Compare(CompareStep::Swap).perform(state);
             }
         });
     });
