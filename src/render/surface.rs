@@ -263,8 +263,12 @@ mod tests {
         let mut scene = Scene::from_triangles(SceneSource::default_builtin(), vec![triangle]);
         assert_eq!(scene.offset, DVec3::ZERO);
         let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::NEG_Y];
-        scene.attributes =
-            Some(Attributes { corners: vec![[0, 1, 2]], normals: vec![Vec3::Z; 3], uvs, ..Attributes::default() });
+        scene.attributes = Some(Attributes {
+            corners: vec![[0, 1, 2]].into(),
+            normals: vec![Vec3::Z; 3],
+            uvs: uvs.into(),
+            ..Attributes::default()
+        });
         scene.materials[0].normal_texture = Some(0);
         let texture = crate::scene::Texture {
             width: 1,

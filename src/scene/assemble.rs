@@ -1,6 +1,7 @@
 //! Accumulates triangles, attributes and materials into a [`Scene`]: the part common to all formats and built-in scenes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -9,15 +10,14 @@ use super::file_camera::Lens;
 use super::file_light::{Lamp, placed};
 use super::material::{Material, Texture};
 use super::model::{Attributes, Scene};
+use super::motion::Motion;
+use super::offset::MAX_COORDINATE;
 use super::smooth::SmoothNormals;
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
-
-/// Largest absolute coordinate; beyond it squared distances overflow, so such triangles are skipped.
-pub(super) const MAX_COORDINATE: f32 = 1e18;
 
 /// Items (triangles, vertices, numbers) between two cancellation checks.
 pub(super) const BATCH_SIZE: usize = 1 << 16;
@@ -89,6 +89,8 @@ pub(super) struct Assembly {
     pub(super) lamps: Vec<Lamp>,
     /// Names of the file's scenes, and the index of the one that is shown.
     pub(super) scenes: (Vec<String>, usize),
+    /// How the model moves.
+    pub(super) motion: Option<Motion>,
     /// Whether the file holds a tree of its triangles.
     pub(super) has_tree: bool,
     /// Every file that was opened so far, the model first.
@@ -133,6 +135,7 @@ impl Assembly {
             starts_at_camera: false,
             lamps: Vec::new(),
             scenes: (Vec::new(), 0),
+            motion: None,
             has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
@@ -141,9 +144,19 @@ impl Assembly {
         }
     }
 
+    /// Number of triangles so far.
+    pub(super) fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
     /// Whether there is no triangle so far.
     pub(super) fn is_empty(&self) -> bool {
         self.triangles.is_empty()
+    }
+
+    /// Number of entries that the list of normals will have.
+    pub(super) fn normal_count(&self) -> usize {
+        if self.normals.is_empty() { 0 } else { self.vertex_count }
     }
 
     /// Reserves capacity for `count` more triangles within the budget.
@@ -261,13 +274,13 @@ impl Assembly {
             pad(&mut self.colors, end, Vec3::ONE);
             pad(&mut self.alphas, end, 1.0);
             Attributes {
-                corners: self.corners,
+                corners: self.corners.into(),
                 normals: self.normals,
                 tangents: self.tangents,
-                uvs: self.uvs,
-                uvs2: self.uvs2,
-                colors: self.colors,
-                alphas: self.alphas,
+                uvs: self.uvs.into(),
+                uvs2: self.uvs2.into(),
+                colors: self.colors.into(),
+                alphas: self.alphas.into(),
             }
         });
         if self.materials.is_empty() {
@@ -293,11 +306,13 @@ impl Assembly {
             shown_scene: self.scenes.1,
             interior: None,
             attributes,
-            material_indices: self.material_indices,
+            material_indices: self.material_indices.into(),
             materials: self.materials,
             textures: self.textures,
             smooth_normals: SmoothNormals::default(),
             mesh_count: self.mesh_count.max(1),
+            motion: self.motion.map(Arc::new),
+            moment: None,
             has_tree: self.has_tree,
             files_read: self.files_read,
             warnings: self.warnings,

@@ -30,6 +30,10 @@ mod read;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of a map of fixed size, and floats")]
 mod interior;
+
+#[allow(clippy::arithmetic_side_effects, reason = "floats, and indices of lists that were checked when they were made")]
+mod motion;
+
 mod subject;
 
 mod recognise;
@@ -76,6 +80,7 @@ pub use interior::Interior;
 pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
 pub use model::{Attributes, Scene};
+pub use motion::{Clip, Moment, Motion, Pose};
 pub(crate) use offset::Extent;
 pub use options::LoadOptions;
 pub(crate) use read::read_file;

@@ -1,18 +1,20 @@
 //! A loaded model: triangles, their vertex attributes, materials and textures.
 
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-use super::error::{FileLocation, Warnings};
+use super::error::{FileLocation, LoadError, Warnings};
 use super::file_camera::FileCamera;
 use super::file_light::FileLight;
 use super::interior::Interior;
 use super::material::{Material, Texture};
+use super::motion::{Moment, Motion, Pose};
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
+use crate::budget::Budget;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
@@ -46,8 +48,8 @@ pub struct Scene {
     pub interior: Option<Interior>,
     /// Vertex attributes; `None` if the file has neither normals, texture coordinates nor colours.
     pub attributes: Option<Attributes>,
-    /// Index into `materials` for each triangle; empty if every triangle has material 0.
-    pub material_indices: Vec<u32>,
+    /// Index into `materials` for each triangle; empty if every triangle has material 0. Shared by all moments.
+    pub material_indices: Arc<Vec<u32>>,
     /// The materials, at least one.
     pub materials: Vec<Material>,
     /// The textures that materials refer to by index.
@@ -56,6 +58,10 @@ pub struct Scene {
     pub smooth_normals: SmoothNormals,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
+    /// How the model moves; `None` for one that stands still.
+    pub motion: Option<Arc<Motion>>,
+    /// The moment that is shown; `None` for the pose of the file, without any clip.
+    pub moment: Option<Moment>,
     /// Whether the file is a tree file, which holds a tree of these triangles.
     pub has_tree: bool,
     /// Every file that loading opened: the model, its buffers, material libraries and images. Empty for built-in scenes.
@@ -64,24 +70,24 @@ pub struct Scene {
     pub warnings: Warnings,
 }
 
-/// Vertex attributes, shared by index.
-#[derive(Debug, Default)]
+/// Vertex attributes, shared by index. All moments of a model share those that do not move.
+#[derive(Debug, Clone, Default)]
 pub struct Attributes {
     /// Vertex indices of the corners of each triangle, into the lists below.
-    pub corners: Vec<[u32; 3]>,
+    pub corners: Arc<Vec<[u32; 3]>>,
     /// Unit normals; empty if the file has none. A zero normal stands for the geometric normal of the triangle.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v down as in glTF; empty if the file has none.
-    pub uvs: Vec<Vec2>,
+    pub uvs: Arc<Vec<Vec2>>,
     /// Unit tangents along u with the sign of the bitangent as w, as in glTF; empty if the file has none or no surface needs them. A
     /// zero tangent stands for the direction of u on the triangle.
     pub tangents: Vec<Vec4>,
     /// The second set of texture coordinates, of textures whose `uv_set` is 1; empty if none needs it.
-    pub uvs2: Vec<Vec2>,
+    pub uvs2: Arc<Vec<Vec2>>,
     /// Linear RGB colours that multiply the material's; empty if the file has none.
-    pub colors: Vec<Vec3>,
+    pub colors: Arc<Vec<Vec3>>,
     /// Opacities that multiply the material's; empty if the file has none or no surface has holes.
-    pub alphas: Vec<f32>,
+    pub alphas: Arc<Vec<f32>>,
 }
 
 impl Scene {
@@ -102,15 +108,62 @@ impl Scene {
             shown_scene: 0,
             interior: None,
             attributes: None,
-            material_indices: Vec::new(),
+            material_indices: Arc::default(),
             materials: vec![Material::clay()],
             textures: Vec::new(),
             smooth_normals: SmoothNormals::default(),
             mesh_count: 1,
+            motion: None,
+            moment: None,
             has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
         }
+    }
+
+    /// The model at `moment`, a clip of which it has: its triangles and normals there, in the calling thread's rayon pool. Cameras frame
+    /// its reach during the whole clip, so that they stand still.
+    ///
+    /// # Panics
+    ///
+    /// Where the model does not move, or has no such clip.
+    pub fn at(&self, moment: Moment, token: &CancelToken) -> Result<Self, LoadError> {
+        let Some(motion) = &self.motion else { unreachable!("a model that stands still has no moments") };
+        // The pose, and the vertices that its triangles are made of.
+        let bytes = 2_u64.saturating_mul(size_of_val(&self.triangles[..]) as u64);
+        if let Err(error) = Budget::of_process().check("the triangles of a moment", bytes) {
+            return Err(LoadError::over_budget(Path::new(&self.source.to_string()), &error));
+        }
+        let subject = motion.reach(moment.clip, token)?;
+        let mut pose = Pose::default();
+        motion.pose(moment, &mut pose, token)?;
+        let bounds = pose.bounds();
+        let mut attributes = self.attributes.clone();
+        if let Some(attributes) = &mut attributes {
+            attributes.normals = pose.normals;
+            // Those of the file do not turn with the surface: the direction of u does.
+            attributes.tangents = Vec::new();
+        }
+        let scene = Self {
+            source: self.source.clone(),
+            triangles: pose.triangles,
+            bounds,
+            subject,
+            cameras: self.cameras.clone(),
+            lights: Arc::clone(&self.lights),
+            scene_names: self.scene_names.clone(),
+            attributes,
+            material_indices: Arc::clone(&self.material_indices),
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+            smooth_normals: SmoothNormals::default(),
+            motion: Some(Arc::clone(motion)),
+            moment: Some(moment),
+            files_read: self.files_read.clone(),
+            warnings: self.warnings.clone(),
+            ..*self
+        };
+        Ok(scene)
     }
 
     /// A point of the scene in the coordinates of its file, with no more decimals than single precision has.
@@ -183,7 +236,8 @@ impl Scene {
         let textures = own_texels.map(|texture| texture.bytes() as usize);
         let own =
             [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..]), self.smooth_normals.bytes()];
-        own.into_iter().chain(attributes).chain(textures).sum()
+        let motion = self.motion.as_ref().map(|motion| motion.bytes());
+        own.into_iter().chain(attributes).chain(textures).chain(motion).sum()
     }
 }
 

@@ -5,6 +5,9 @@
 
 use glam::DVec3;
 
+/// Largest absolute coordinate; beyond it squared distances overflow, so such triangles are skipped.
+pub(super) const MAX_COORDINATE: f32 = 1e18;
+
 /// Largest error of rounding to single precision, as a fraction of the model's size, that needs no offset.
 const MAX_RELATIVE_ERROR: f64 = 1e-6;
 

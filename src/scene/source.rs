@@ -125,7 +125,7 @@ impl BuiltinScene {
 }
 
 /// Every built-in scene, in menu order.
-pub const BUILTIN_SCENES: [BuiltinScene; 6] = [
+pub const BUILTIN_SCENES: [BuiltinScene; 9] = [
     BuiltinScene {
         name: "teapot",
         label: "Utah teapot",
@@ -161,5 +161,23 @@ pub const BUILTIN_SCENES: [BuiltinScene; 6] = [
         label: "Clustered spheres",
         description: "Dense groups far apart: hard for a regular grid",
         size: Some(("spheres", 1, 240, 20_000)),
+    },
+    BuiltinScene {
+        name: "walker",
+        label: "Walker",
+        description: "A figure of 13 joints that walks and jumps",
+        size: Some(("triangles", 500, 100_000, 10_000_000)),
+    },
+    BuiltinScene {
+        name: "cloth",
+        label: "Cloth",
+        description: "A flag in the wind: every triangle moves, none far",
+        size: Some(("triangles", 2, 100_000, 10_000_000)),
+    },
+    BuiltinScene {
+        name: "explosion",
+        label: "Explosion",
+        description: "A ball that flies apart: neighbours separate, the worst case for refitting",
+        size: Some(("triangles", 8, 50_000, 5_000_000)),
     },
 ];

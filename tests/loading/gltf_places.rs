@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use crate::hostile_gltf::{load, triangle};
 
-fn uri(bytes: &[u8]) -> String {
+pub fn uri(bytes: &[u8]) -> String {
     let text: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
     format!("data:application/octet-stream,{text}")
 }
 
 /// Adds an accessor with a buffer of its own, and returns its index.
-fn add(document: &mut Value, code: u32, shape: &str, normalized: bool, count: usize, bytes: &[u8]) -> usize {
+pub fn add(document: &mut Value, code: u32, shape: &str, normalized: bool, count: usize, bytes: &[u8]) -> usize {
     let push = |document: &mut Value, list: &str, entry: Value| {
         let entries = document[list].as_array_mut().unwrap();
         entries.push(entry);
@@ -26,11 +26,11 @@ fn add(document: &mut Value, code: u32, shape: &str, normalized: bool, count: us
     push(document, "accessors", accessor)
 }
 
-fn floats(numbers: &[f32]) -> Vec<u8> {
+pub fn floats(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
-fn corners(scene: &Scene) -> Vec<Vec3> {
+pub fn corners(scene: &Scene) -> Vec<Vec3> {
     scene.triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]).collect()
 }
 
@@ -59,7 +59,7 @@ fn nodes_far_from_the_origin_keep_their_decimals() {
 }
 
 /// One joint that moves by 3 along y and one that stays, both below nodes of their own.
-fn skinned(weights: [[f32; 4]; 3]) -> Value {
+pub fn skinned(weights: [[f32; 4]; 3]) -> Value {
     let mut document = triangle();
     let joints = add(&mut document, 5121, "VEC4", false, 3, &[0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
     let weights = add(&mut document, 5126, "VEC4", false, 3, &floats(weights.as_flattened()));

@@ -138,7 +138,7 @@ fn each_kind_is_counted_with_its_first_place() {
             "materials shown without a texture that does not exist",
             "materials[0].emissiveTexture.index: textures[0] does not exist, there are 0",
         ),
-        (changed("/animations", json!([{}, {}, {}])), 3, "animations not played", "animations[0]"),
+        (changed("/animations", json!([{}, {}, {}])), 3, "clips without keys for the scene left out", "animations[0]"),
         (changed("/cameras", json!([{}])), 1, "cameras without a view or a place in the scene left out", "cameras[0]"),
         (
             changed(
@@ -175,10 +175,16 @@ fn each_kind_is_counted_with_its_first_place() {
         ),
         (changed("/nodes/0/skin", json!(0)), 1, "meshes with a skeleton", "nodes[0].skin"),
         (
-            changed("/meshes/0/primitives/0/targets", json!([{}])),
+            changed("/meshes/0/primitives/0/targets", json!([{"POSITION": 9}])),
             1,
-            "meshes with morph targets",
-            "meshes[0].primitives[0].targets",
+            "morph targets left out: something named that does not exist",
+            "meshes[0].primitives[0].targets[0].POSITION: accessors[9]",
+        ),
+        (
+            changed("/meshes/0/primitives/0/targets", json!([{"NORMAL": 1}])),
+            1,
+            "morph targets left out: numbers of a wrong type",
+            "meshes[0].primitives[0].targets[0].NORMAL: accessors[1]",
         ),
         (changed("/asset/version", json!("2.1")), 1, "versions other than 2.0", "asset.version: '2.1'"),
         (changed("/buffers/0/byteLength", json!(50)), 1, "buffers shorter than declared", "buffers[0]: 42 of 50 bytes"),

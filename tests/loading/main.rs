@@ -16,6 +16,7 @@ mod formats;
 mod gltf_compressed;
 mod gltf_fields;
 mod gltf_geometry;
+mod gltf_motion;
 mod gltf_oracle;
 mod gltf_places;
 mod gltf_second_opinion;

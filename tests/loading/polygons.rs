@@ -203,7 +203,7 @@ fn corners_of_ears_keep_their_attributes() {
     let scene = load("a.obj", &(text + "f 1/1/1 2/2/2 3/3/3 4/4/4 5/5/5 6/6/6 7/7/7 8/8/8\n"));
     let attributes = scene.attributes.as_ref().unwrap();
     assert_eq!(scene.triangles.len(), 6);
-    for (triangle, corners) in scene.triangles.iter().zip(&attributes.corners) {
+    for (triangle, corners) in scene.triangles.iter().zip(attributes.corners.iter()) {
         for (point, &vertex) in [triangle.a, triangle.b, triangle.c].into_iter().zip(corners) {
             assert_eq!(attributes.uvs[vertex as usize], Vec2::new(point.x, 1.0 - point.y));
             let normal = attributes.normals[vertex as usize];

@@ -18,7 +18,7 @@ fn nan_samples_are_counted_and_black() {
         ];
         let paint = |red: f32| Material { base_color: Vec3::new(red, 0.5, 0.5), unlit: true, ..Material::clay() };
         let scene = Arc::new(Scene {
-            material_indices: vec![0, 1],
+            material_indices: vec![0, 1].into(),
             materials: vec![paint(0.5), paint(red)],
             ..Scene::from_triangles(SceneSource::default_builtin(), triangles)
         });

@@ -1,9 +1,11 @@
 //! Procedurally generated scenes.
 
 mod classics;
+mod moving;
 mod shapes;
 mod teapot;
 mod terrain;
+mod walker;
 
 use std::path::PathBuf;
 
@@ -43,6 +45,9 @@ pub(super) fn build(
         "cornell" => classics::cornell(&mut assembly),
         "sphereflake" => classics::flake(size, &mut assembly, token)?,
         "terrain" => terrain::build(size, &mut assembly, token)?,
+        "walker" => walker::build(size, &mut assembly, token)?,
+        "cloth" => moving::cloth(size, &mut assembly, token)?,
+        "explosion" => moving::explosion(size, &mut assembly, token)?,
         "slivers" => classics::slivers(size, &mut assembly, token)?,
         _ => classics::clusters(size, &mut assembly, token)?,
     }
@@ -56,7 +61,7 @@ fn max_triangles(name: &str, size: u32) -> usize {
     let size = size as usize;
     match name {
         "teapot" => 64 * size * size,
-        "terrain" | "slivers" => size,
+        "terrain" | "slivers" | "walker" | "cloth" | "explosion" => size,
         "clusters" => 256 * size,
         // The central sphere has 2,208 triangles, and each level has at most five times as many as the one before.
         "sphereflake" => 4096 * 5_usize.pow(size as u32),

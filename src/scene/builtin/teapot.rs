@@ -169,7 +169,7 @@ mod tests {
         let agree = scene
             .triangles
             .iter()
-            .zip(&attributes.corners)
+            .zip(attributes.corners.iter())
             .filter(|(triangle, corners)| {
                 let normal: Vec3 = corners.iter().map(|&k| attributes.normals[k as usize]).sum();
                 normal.dot(triangle.scaled_normal()) > 0.0

@@ -66,11 +66,13 @@ pub(super) fn check_version(
 
 /// Checks that every required extension is supported.
 pub(super) fn check_extensions(path: &Path, document: &Map<String, Value>) -> Result<(), LoadError> {
-    const SUPPORTED: [&str; 8] = [
+    const SUPPORTED: [&str; 10] = [
         "KHR_mesh_quantization",
         extension::TRANSFORM,
         extension::INSTANCING,
         extension::LIGHTS,
+        extension::POINTER,
+        extension::VISIBILITY,
         extension::WEBP,
         extension::DRACO,
         extension::MESHOPT[0],
@@ -94,15 +96,6 @@ pub(super) fn check_extensions(path: &Path, document: &Map<String, Value>) -> Re
 
 /// Counts what the file announces and no scene here holds.
 pub(super) fn warn(document: &gltf::Document, warnings: &mut Warnings, token: &CancelToken) -> Result<(), Cancelled> {
-    for mesh in document.meshes() {
-        token.check()?;
-        if let Some(primitive) = mesh.primitives().find(|primitive| primitive.morph_targets().len() > 0) {
-            let (index, k) = (mesh.index(), primitive.index());
-            warnings.add("meshes with morph targets shown in the basic form", || {
-                FileLocation::Json(format!("meshes[{index}].primitives[{k}].targets"))
-            });
-        }
-    }
     for (index, material) in document.materials().enumerate() {
         token.check()?;
         let place = |field: &str| FileLocation::Json(format!("materials[{index}].{field}"));

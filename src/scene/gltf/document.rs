@@ -6,7 +6,6 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 use std::rc::Rc;
 
-use glam::DMat4;
 use gltf::accessor::DataType;
 use gltf::json::Root;
 use serde::de::DeserializeOwned;
@@ -18,11 +17,12 @@ use super::glb;
 use super::meshopt::{self, MeshoptError};
 use super::repair::repair;
 use super::table::extension;
-use super::transform::local_transform;
+use super::transform::local;
 use super::uri::{POLL_INTERVAL_BYTES, is_data, read_uri};
 use crate::budget::Budget;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::scene::images::Images;
+use crate::scene::motion::Local;
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -59,7 +59,9 @@ pub(super) type Decoded = HashMap<usize, Result<DecodedData, String>>;
 pub(super) struct Document<'a> {
     pub(super) gltf: gltf::Document,
     /// Transform of each node into the space of its parent; the crate rounds it to single precision.
-    pub(super) local_transforms: Vec<DMat4>,
+    pub(super) locals: Vec<Local>,
+    /// The animations as they are in the file: faults in them should not keep a model from being shown.
+    pub(super) animations: Value,
     /// The cameras, which the crate would not accept without all their fields.
     pub(super) cameras: Vec<Camera>,
     buffers: Vec<Bytes<'a>>,
@@ -84,16 +86,15 @@ impl<'a> Document<'a> {
             check_version(path, fields, warnings).and_then(|()| check_extensions(path, fields))
         };
         repair(path, &mut fields, check, warnings, token)?;
-        let count = fields.remove("animations").and_then(|entries| Some(entries.as_array()?.len())).unwrap_or(0);
-        warnings.add_many(count as u64, "animations not played", || FileLocation::Json("animations[0]".to_owned()));
+        let animations = fields.remove("animations").unwrap_or_default();
         let cameras = cameras::take(&mut fields);
         let nodes = fields.get("nodes").and_then(Value::as_array);
-        let local_transforms = nodes.into_iter().flatten().map(local_transform).collect();
+        let locals = nodes.into_iter().flatten().map(local).collect();
         let root = root(path, fields, token)?;
         let gltf = gltf::Document::from_json_without_validation(root);
         let buffers = read_buffers(&gltf, binary, images, warnings, token)?;
         let (unpacked, decoded) = (HashMap::new(), Decoded::new());
-        let mut document = Self { gltf, local_transforms, cameras, buffers, unpacked, decoded };
+        let mut document = Self { gltf, locals, animations, cameras, buffers, unpacked, decoded };
         document.unpack(token)?;
         Ok(document)
     }

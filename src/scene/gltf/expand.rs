@@ -1,15 +1,18 @@
 //! Appends all copies of all meshes to the scene, each with the transform of its node or its joints.
 
 use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
 
-use glam::{DMat4, DVec3, Mat3, Mat4, Vec3, Vec4};
+use glam::{DMat4, DVec3, Mat4, Vec3, Vec4};
 
 use super::instances::Instances;
 use super::nodes::Placement;
 use super::primitive::Primitive;
-use super::skin::blend;
+use super::skin::Skin;
 use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
 use crate::scene::error::{FileLocation, LoadError};
+use crate::scene::motion::{Hold, Shape};
 use crate::scene::offset::Extent;
 use crate::scene::read::READ_PROGRESS;
 use crate::vectors::direction;
@@ -20,8 +23,13 @@ use bvhscope_engine::geometry::Triangle;
 pub(super) struct Copies<'a> {
     pub(super) placement: Placement,
     pub(super) instances: Instances<'a>,
+    pub(super) skin: Option<Rc<Skin>>,
     /// From mesh space to the world by each joint, where the mesh has a skin.
     pub(super) joints: Option<Vec<DMat4>>,
+    /// Weights of the morph targets.
+    pub(super) weights: Vec<f32>,
+    /// Whether what is placed is returned, for clips to move it.
+    pub(super) is_kept: bool,
 }
 
 impl Copies<'_> {
@@ -35,14 +43,14 @@ impl Copies<'_> {
     }
 }
 
-/// Appends all copies of all meshes.
+/// Appends all copies of all meshes. Returns those to be kept.
 pub(super) fn expand(
     path: &Path,
     copies: &[Copies],
     meshes: &[Option<Vec<Primitive>>],
     assembly: &mut Assembly,
     token: &CancelToken,
-) -> Result<(), LoadError> {
+) -> Result<Vec<Placed>, LoadError> {
     let primitives = |of: &Copies| meshes.get(of.placement.mesh).and_then(Option::as_deref).unwrap_or_default();
     let (mut triangles, mut vertices) = (0_usize, 0_usize);
     for one in copies {
@@ -50,15 +58,15 @@ pub(super) fn expand(
         for primitive in primitives(one) {
             let sum = |total: usize, count: usize| total.saturating_add(count.saturating_mul(one.instances.count()));
             triangles = sum(triangles, primitive.triangles.len());
-            vertices = sum(vertices, if primitive.has_attributes() { primitive.positions.len() } else { 0 });
+            vertices = sum(vertices, if primitive.has_attributes() { primitive.shape.positions.len() } else { 0 });
         }
     }
     check_vertices(vertices).map_err(|error| error.in_file(path))?;
     assembly.reserve(triangles).map_err(|error| error.in_file(path))?;
     assembly.offset = offset(copies, primitives, token)?;
     let to_scene = DMat4::from_translation(-assembly.offset);
-    let mut done = 0_usize;
-    for one in copies {
+    let (mut done, mut placed) = (0_usize, Vec::new());
+    for (index, one) in copies.iter().enumerate() {
         token.check()?;
         if primitives(one).iter().all(|primitive| primitive.triangles.is_empty()) {
             continue;
@@ -69,12 +77,20 @@ pub(super) fn expand(
             let transforms: Vec<Mat4> =
                 one.transforms(copy).map(|transform| (to_scene * transform).as_mat4()).collect();
             for primitive in primitives(one) {
-                add_primitive(primitive, &transforms, assembly, one.placement.node, token)?;
+                let (shape, faulty) = held(&primitive.shape, one);
+                let what = "vertices held by joints that do not exist";
+                let location = || FileLocation::Json(format!("nodes[{}].skin", one.placement.node));
+                assembly.warnings.add_many(faulty, what, location);
+                let first_triangle = assembly.triangle_count();
+                let (first_vertex, corners) = add_primitive(primitive, &shape, &transforms, one, assembly, token)?;
+                if one.is_kept {
+                    placed.push(Placed { copy: [index, copy], shape, first_vertex, corners, first_triangle });
+                }
                 done = done.saturating_add(primitive.triangles.len());
             }
         }
     }
-    Ok(())
+    Ok(placed)
 }
 
 /// The offset of the scene. Where the vertices themselves are far from the origin, which single precision has rounded in the file,
@@ -106,45 +122,58 @@ fn offset<'a>(
     Ok(if is_fine { extent.offset() } else { DVec3::ZERO })
 }
 
-/// Appends a primitive with one transform, or with those of its joints.
+/// A copy of a primitive in the scene.
+pub(super) struct Placed {
+    /// Index in the list of copies, and number of the copy.
+    pub(super) copy: [usize; 2],
+    pub(super) shape: Arc<Shape>,
+    /// Index of the first of its vertices among those of the scene; `None` where they have no more than a position.
+    pub(super) first_vertex: Option<u32>,
+    /// Vertices of each triangle that the scene has, of the primitive.
+    pub(super) corners: Vec<[u32; 3]>,
+    /// Index of its first triangle in the scene.
+    pub(super) first_triangle: usize,
+}
+
+/// The shape of a primitive for the joints of `one`, and how many of its vertices name a joint that the skin does not have.
+fn held(shape: &Arc<Shape>, one: &Copies) -> (Arc<Shape>, u64) {
+    let Some(joints) = one.joints.as_ref().map(Vec::len) else { return (Arc::clone(shape), 0) };
+    let is_sound = |hold: &Hold| hold.joints.iter().all(|&joint| usize::from(joint) < joints);
+    if shape.holds.iter().flatten().all(is_sound) {
+        return (Arc::clone(shape), 0);
+    }
+    let mut own = Shape::clone(shape);
+    let faulty = own.drop_joints(joints);
+    (Arc::new(own), faulty)
+}
+
+/// Appends a primitive of `one` with one transform, or with those of its joints.
 fn add_primitive(
     primitive: &Primitive,
+    shape: &Shape,
     transforms: &[Mat4],
+    one: &Copies,
     assembly: &mut Assembly,
-    node: usize,
     token: &CancelToken,
-) -> Result<(), Cancelled> {
-    // For points the transform; for normals its cofactor matrix, which is the inverse transpose up to a factor and also exists for
-    // singular transforms.
-    let prepare = |transform: Mat4| {
-        let linear = Mat3::from_mat4(transform);
-        // Products of very small or large numbers leave the range of single precision.
-        let largest = linear.to_cols_array().into_iter().fold(f32::MIN_POSITIVE, |most, number| number.abs().max(most));
-        let linear = linear / largest;
-        let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-        (transform, Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign, sign)
-    };
-    let rigid = prepare(transforms.first().copied().unwrap_or_default());
-    let at = |k: usize| {
-        if primitive.joints.is_empty() || transforms.len() == 1 {
-            rigid
-        } else {
-            prepare(blend(primitive, transforms, k))
-        }
-    };
-    let count = primitive.positions.len();
-    let positions = primitive.positions.iter().enumerate().map(|(k, &point)| at(k).0.transform_point3(point));
-    let positions = collect_cancellable(count, positions, token)?;
-    let normals = primitive.normals.iter().enumerate().map(|(k, &normal)| (at(k).1 * normal).normalize_or_zero());
+) -> Result<(Option<u32>, Vec<[u32; 3]>), Cancelled> {
+    let count = shape.positions.len();
+    let mut positions = vec![Vec3::ZERO; count];
+    let mut normals = vec![Vec3::ZERO; shape.normals.len()];
+    for (batch, positions) in positions.chunks_mut(BATCH_SIZE).enumerate() {
+        token.check()?;
+        let first = batch.saturating_mul(BATCH_SIZE);
+        let normals = normals.get_mut(first..first.saturating_add(positions.len())).unwrap_or_default();
+        shape.place(first, transforms, &one.weights, positions, normals);
+    }
     // The bitangent is mirrored with the surface.
     let tangent = |(k, tangent): (usize, &Vec4)| {
-        let (transform, _, sign) = at(k);
-        direction(transform.transform_vector3(tangent.truncate())).unwrap_or_default().extend(tangent.w * sign)
+        let sign = if shape.is_mirrored(k, transforms) { -1.0 } else { 1.0 };
+        let turned = shape.turned_vector(k, transforms, tangent.truncate());
+        direction(turned).unwrap_or_default().extend(tangent.w * sign)
     };
     let tangents = primitive.tangents.iter().enumerate().map(tangent);
     let lists = VertexLists {
-        normals: collect_cancellable(primitive.normals.len(), normals, token)?,
+        normals,
         tangents: collect_cancellable(primitive.tangents.len(), tangents, token)?,
         uvs: collect_cancellable(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
         uvs2: collect_cancellable(primitive.uvs2.len(), primitive.uvs2.iter().copied(), token)?,
@@ -152,16 +181,21 @@ fn add_primitive(
         alphas: collect_cancellable(primitive.alphas.len(), primitive.alphas.iter().copied(), token)?,
     };
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
+    let mut kept = Vec::new();
     for (k, &[a, b, c]) in primitive.triangles.iter().enumerate() {
         if k.is_multiple_of(BATCH_SIZE) {
             token.check()?;
         }
         // A mirroring transform reverses the winding; swapping two corners restores it.
-        let corners = if at(a as usize).2 < 0.0 { [a, c, b] } else { [a, b, c] };
-        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-        let corners = offset_corners(corners, first);
-        let material = primitive.material as u32;
-        assembly.push(Triangle { a, b, c }, corners, material, || FileLocation::Json(format!("nodes[{node}]")));
+        let own = if shape.is_mirrored(a as usize, transforms) { [a, c, b] } else { [a, b, c] };
+        // A hidden triangle is a point, which no ray hits, until a clip shows it.
+        let shown = if one.placement.is_hidden { [a; 3] } else { own };
+        let [a, b, c] = shown.map(|corner| positions[corner as usize]);
+        let (corners, material) = (offset_corners(own, first), primitive.material as u32);
+        let location = || FileLocation::Json(format!("nodes[{}]", one.placement.node));
+        if assembly.push(Triangle { a, b, c }, corners, material, location) && one.is_kept {
+            kept.push(own);
+        }
     }
-    Ok(())
+    Ok((first, kept))
 }

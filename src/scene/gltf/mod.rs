@@ -5,8 +5,11 @@
 //! every count and length is checked before it is used.
 
 mod accessor;
+mod animation;
 mod announced;
+mod attributes;
 mod cameras;
+mod deform;
 mod document;
 mod draco;
 mod expand;
@@ -17,6 +20,7 @@ mod meshopt;
 mod nodes;
 mod primitive;
 mod repair;
+mod rig;
 mod skin;
 mod table;
 mod transform;
@@ -25,10 +29,12 @@ mod uri;
 use std::path::Path;
 
 use self::accessor::{AccessorError, Accessors};
+use self::animation::Animations;
 use self::document::Document;
 use self::expand::{Copies, expand};
-use self::nodes::Hierarchy;
+use self::nodes::{Hierarchy, Ordered};
 use self::primitive::{Decoded, MaterialUse, Primitive, declared_triangles};
+use self::skin::Skins;
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
 use super::images::Images;
@@ -56,7 +62,8 @@ pub(super) fn load(
     cameras::place_lights(&document.gltf, &hierarchy.worlds, assembly, token)?;
     let name = |scene: gltf::Scene<'_>| scene.name().unwrap_or_default().to_owned();
     assembly.scenes = (document.gltf.scenes().map(name).collect(), hierarchy.scene);
-    let copies = plan(path, &document, &accessors, hierarchy, assembly, token)?;
+    let animations = animation::read(&document, &accessors, &hierarchy.order, &mut assembly.warnings, token)?;
+    let (copies, order) = plan(path, &document, &accessors, hierarchy, &animations, assembly, token)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);
     token.check()?;
@@ -76,7 +83,11 @@ pub(super) fn load(
             *mesh = Some(read_mesh(&json, &accessors, &uses, assembly, token)?);
         }
     }
-    expand(path, &copies, &meshes, assembly, token)
+    let placed = expand(path, &copies, &meshes, assembly, token)?;
+    if !animations.clips.is_empty() {
+        assembly.motion = Some(rig::motion(&document, animations, &order, &copies, placed, assembly));
+    }
+    Ok(())
 }
 
 /// The copies of each placement. Refuses files with too many triangles before any of them is made.
@@ -85,11 +96,13 @@ fn plan<'a>(
     document: &'a Document,
     accessors: &Accessors<'a>,
     hierarchy: Hierarchy,
+    animations: &Animations,
     assembly: &mut Assembly,
     token: &CancelToken,
-) -> Result<Vec<Copies<'a>>, LoadError> {
+) -> Result<(Vec<Copies<'a>>, Vec<Ordered>), LoadError> {
     let mut declared: Vec<Option<u64>> = vec![None; document.gltf.meshes().len()];
     let (mut copies, mut total) = (Vec::with_capacity(hierarchy.placements.len()), 0_u64);
+    let (mut skins, is_kept) = (Skins::default(), !animations.clips.is_empty());
     for placement in hierarchy.placements {
         token.check()?;
         let (Some(node), Some(declared)) =
@@ -97,6 +110,11 @@ fn plan<'a>(
         else {
             continue;
         };
+        if placement.is_hidden && !animations.change_visibility() {
+            let location = || FileLocation::Json(format!("nodes[{}]", placement.node));
+            assembly.warnings.add("nodes with a mesh that the file hides left out", location);
+            continue;
+        }
         let once = if let Some(known) = *declared {
             known
         } else {
@@ -110,17 +128,19 @@ fn plan<'a>(
         let warnings = &mut assembly.warnings;
         let instances = instances::read(&node, &document.gltf, accessors, warnings, token)?;
         total = total.saturating_add(once.saturating_mul(instances.count() as u64));
-        let joints = match node.skin() {
-            Some(skin) => skin::joint_transforms(&skin, &hierarchy.worlds, accessors, warnings, token)?,
+        let skin = match node.skin() {
+            Some(skin) => skins.get(&skin, &hierarchy.worlds, accessors, warnings, token)?,
             None => None,
         };
-        copies.push(Copies { placement, instances, joints });
+        let joints = skin.as_ref().map(|skin| skin.transforms(&hierarchy.worlds));
+        let weights = node.weights().or_else(|| node.mesh()?.weights()).unwrap_or_default().to_vec();
+        copies.push(Copies { placement, instances, skin, joints, weights, is_kept });
     }
     if total > MAX_TRIANGLES {
         let problem = format!("contains {total} triangles with all copies, more than {MAX_TRIANGLES}");
         return Err(LoadError::of_file(path, problem, "take a part of the model"));
     }
-    Ok(copies)
+    Ok((copies, hierarchy.order))
 }
 
 fn read_mesh<'a>(
@@ -144,7 +164,7 @@ fn read_mesh<'a>(
                 for (count, what, detail) in std::mem::take(&mut primitive.faults) {
                     warnings.add_many(count, &what, || FileLocation::Json(format!("{}.{detail}", path())));
                 }
-                assembly.point_count = assembly.point_count.saturating_add(primitive.positions.len() as u64);
+                assembly.point_count = assembly.point_count.saturating_add(primitive.shape.positions.len() as u64);
                 primitives.push(*primitive);
             }
             Ok(Decoded::Points(count)) => {

@@ -5,7 +5,9 @@ use std::path::Path;
 use glam::DMat4;
 
 use super::document::Document;
+use super::table::extension;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
+use crate::scene::motion::Local;
 use bvhscope_engine::cancel::CancelToken;
 
 /// Parent index of a node that the scene itself names.
@@ -17,6 +19,8 @@ pub(super) struct Placement {
     pub(super) mesh: usize,
     /// From mesh space to the world.
     pub(super) transform: DMat4,
+    /// Whether the file hides the node or one above it.
+    pub(super) is_hidden: bool,
 }
 
 /// The nodes that the scene shows.
@@ -27,6 +31,17 @@ pub(super) struct Hierarchy {
     pub(super) worlds: Vec<Option<DMat4>>,
     /// Index of the scene that is shown.
     pub(super) scene: usize,
+    /// The nodes of the scene, each after its parent, whose place in this list it names.
+    pub(super) order: Vec<Ordered>,
+}
+
+/// A node of the scene.
+pub(super) struct Ordered {
+    pub(super) node: usize,
+    /// Place of the parent in the list; `None` for a node that the scene itself names.
+    pub(super) parent: Option<usize>,
+    /// Whether it is shown, as far as the node itself decides.
+    pub(super) is_visible: bool,
 }
 
 /// Where the hierarchy names a node: in the scene or, by its parent, among the children.
@@ -36,6 +51,10 @@ struct Mention {
     parent: usize,
     /// From the parent's space to the world.
     transform: DMat4,
+    /// Place of the parent in [`Hierarchy::order`].
+    above: Option<usize>,
+    /// Whether the parent or one above it is hidden.
+    is_hidden: bool,
 }
 
 /// Walks the nodes of a scene, the default one if none is wanted.
@@ -50,8 +69,8 @@ pub(super) fn hierarchy(
     let (mut stack, scene) = starts(&document.gltf, scene, warnings);
     // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
-    let (mut placements, mut worlds) = (Vec::new(), vec![None; nodes.len()]);
-    while let Some(Mention { node: index, parent, transform }) = stack.pop() {
+    let (mut placements, mut worlds, mut order) = (Vec::new(), vec![None; nodes.len()], Vec::new());
+    while let Some(Mention { node: index, parent, transform, above, is_hidden }) = stack.pop() {
         token.check()?;
         let location = || FileLocation::Json(format!("nodes[{index}]"));
         if let Some(first) = parents[index] {
@@ -59,16 +78,26 @@ pub(super) fn hierarchy(
             return Err(LoadError::at(path, location(), problem, advice));
         }
         parents[index] = Some(parent);
-        let transform = transform * document.local_transforms.get(index).copied().unwrap_or_default();
+        let transform = transform * document.locals.get(index).map(Local::transform).unwrap_or_default();
         if !transform.as_mat4().is_finite() {
             warnings.add("nodes placed by numbers that are not finite left out", location);
             continue;
         }
         worlds[index] = Some(transform);
+        let is_visible = is_visible(&nodes[index]);
+        let (own, is_hidden) = (Some(order.len()), is_hidden || !is_visible);
+        order.push(Ordered { node: index, parent: above, is_visible });
         let children = nodes[index].children.iter().flatten().rev();
-        stack.extend(children.map(|child| Mention { node: child.value(), parent: index, transform }));
+        let mention = |child: &gltf::json::Index<gltf::json::Node>| Mention {
+            node: child.value(),
+            parent: index,
+            transform,
+            above: own,
+            is_hidden,
+        };
+        stack.extend(children.map(mention));
         if let Some(mesh) = &nodes[index].mesh {
-            placements.push(Placement { node: index, mesh: mesh.value(), transform });
+            placements.push(Placement { node: index, mesh: mesh.value(), transform, is_hidden });
         }
     }
     if document.gltf.scenes().len() == 1 {
@@ -80,12 +109,19 @@ pub(super) fn hierarchy(
             warnings.add_many(count, what, || FileLocation::Json(format!("nodes[{first}]")));
         }
     }
-    Ok(Hierarchy { placements, worlds, scene })
+    Ok(Hierarchy { placements, worlds, scene, order })
+}
+
+/// Whether a node is shown by KHR_node_visibility.
+fn is_visible(node: &gltf::json::Node) -> bool {
+    let extension = node.extensions.as_ref().and_then(|extensions| extensions.others.get(extension::VISIBILITY));
+    extension.and_then(|extension| extension.get("visible")?.as_bool()).unwrap_or(true)
 }
 
 /// The nodes of the scene to be shown, the last first, and its index. Without scenes, the nodes that have no parent.
 fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warnings) -> (Vec<Mention>, usize) {
-    let start = |node: usize| Mention { node, parent: SCENE, transform: DMat4::IDENTITY };
+    let start =
+        |node: usize| Mention { node, parent: SCENE, transform: DMat4::IDENTITY, above: None, is_hidden: false };
     let chosen = wanted.and_then(|wanted| document.scenes().nth(wanted));
     if let (Some(wanted), None) = (wanted, &chosen) {
         let count = document.scenes().len();

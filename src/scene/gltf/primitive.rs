@@ -3,37 +3,39 @@
 //! Only vertices that triangles refer to are read, so that the work is bounded by the number of corners even if many primitives
 //! share one long list of vertices.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::Semantic;
 use gltf::accessor::DataType;
 use gltf::mesh::Mode;
 
 use super::accessor::{Accessor, AccessorError, Accessors, WRONG_TYPE};
+use super::attributes::{Attributes, Gather, at, is_unit, reserve_memory};
+use super::deform;
 use super::document::Fault;
 use super::table::extension;
-use crate::budget::Budget;
 use crate::scene::assemble::{BATCH_SIZE, BYTES_PER_VERTEX, collect_cancellable};
+use crate::scene::motion::Shape;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Aabb;
 
 /// A decoded primitive in mesh space.
 #[derive(Default)]
 pub(super) struct Primitive {
-    pub(super) positions: Vec<Vec3>,
-    /// The box around those of `positions` that are finite.
+    /// Positions and normals, and the joints and morph targets that move them.
+    pub(super) shape: Arc<Shape>,
+    /// The box around those of the positions that are finite.
     pub(super) bounds: [Vec3; 2],
-    /// Normals; as the other attributes empty or as long as `positions`.
-    pub(super) normals: Vec<Vec3>,
-    /// Tangents with the sign of the bitangent, only of surfaces with a map of normals.
+    /// Tangents with the sign of the bitangent, only of surfaces with a map of normals; as the other attributes empty or as long as the
+    /// positions.
     pub(super) tangents: Vec<Vec4>,
+    /// Texture coordinates.
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
     /// Opacities, only of surfaces with holes.
     pub(super) alphas: Vec<f32>,
-    /// Indices of up to four joints that hold each vertex, and their shares; empty without a skin.
-    pub(super) joints: Vec<[f32; 4]>,
-    pub(super) weights: Vec<[f32; 4]>,
     /// Vertex indices of each triangle, all in range.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: usize,
@@ -67,7 +69,7 @@ pub(super) enum Decoded {
 impl Primitive {
     /// Whether vertices have more than a position.
     pub(super) fn has_attributes(&self) -> bool {
-        !(self.normals.is_empty() && self.uvs.is_empty() && self.uvs2.is_empty() && self.colors.is_empty())
+        !(self.shape.normals.is_empty() && self.uvs.is_empty() && self.uvs2.is_empty() && self.colors.is_empty())
     }
 }
 
@@ -162,22 +164,19 @@ pub(super) fn read<'a>(
     primitive.triangles = triangles;
     let gather = Gather { used: used.as_deref(), count: positions.count, token };
     reserve_memory("the vertices of one primitive", gather.len(), BYTES_PER_VERTEX)?;
-    primitive.positions = gather.all(&positions, |[x, y, z]| Vec3::new(x, y, z))?;
-    let bounds = Aabb::around(primitive.positions.iter().copied().filter(|point| point.is_finite()));
+    let positions = gather.all(&positions, |[x, y, z]| Vec3::new(x, y, z))?;
+    let bounds = Aabb::around(positions.iter().copied().filter(|point| point.is_finite()));
     primitive.bounds = [bounds.min, bounds.max];
     primitive.material = json.material().index().unwrap_or(materials.len().saturating_sub(1));
-    read_attributes(&mut primitive, json, accessors, materials, &gather)?;
+    let mut shape = Shape { positions, ..Shape::default() };
+    let faults = std::mem::take(&mut primitive.faults);
+    let mut attributes = Attributes { json, accessors, gather: &gather, faults };
+    let material = materials.get(primitive.material).copied().unwrap_or_default();
+    read_attributes(&mut primitive, &mut shape, &mut attributes, material)?;
+    shape.holds = deform::holds(&mut attributes)?;
+    shape.targets = deform::targets(&mut attributes)?;
+    (primitive.faults, primitive.shape) = (attributes.faults, Arc::new(shape));
     Ok(Decoded::Surface(Box::new(primitive)))
-}
-
-/// A place in a primitive with what is wrong there.
-fn at(place: &str, detail: &str) -> String {
-    if detail.is_empty() { place.to_owned() } else { format!("{place}: {detail}") }
-}
-
-fn reserve_memory(what: &str, count: usize, size: u64) -> Result<(), Fault> {
-    let bytes = (count as u64).saturating_mul(size);
-    Budget::of_process().check(what, bytes).map_err(|error| Fault::new("too little memory", error.to_string()))
 }
 
 fn triangles(mode: Mode, corners: &[u32], token: &CancelToken) -> Result<Vec<[u32; 3]>, AccessorError> {
@@ -215,112 +214,48 @@ fn compact(triangles: &mut [[u32; 3]], count: usize, token: &CancelToken) -> Res
     Ok(Some(used))
 }
 
-/// Reads the elements of the vertices in use.
-struct Gather<'a> {
-    /// The vertices in use; `None` for all.
-    used: Option<&'a [u32]>,
-    /// Number of vertices in the file.
-    count: usize,
-    token: &'a CancelToken,
-}
-
-impl Gather<'_> {
-    fn len(&self) -> usize {
-        self.used.map_or(self.count, <[u32]>::len)
-    }
-
-    fn all<T, const N: usize>(
-        &self,
-        accessor: &Accessor,
-        convert: impl Fn([f32; N]) -> T,
-    ) -> Result<Vec<T>, Cancelled> {
-        let index = |k: usize| self.used.map_or(k, |used| used[k] as usize);
-        collect_cancellable(self.len(), (0..self.len()).map(|k| convert(accessor.element(index(k)))), self.token)
-    }
-}
-
-/// Reads normals, tangents, texture coordinates, colours, joints and weights; those that cannot be read are left out with a warning.
-fn read_attributes<'a>(
+/// Reads normals, tangents, texture coordinates and colours.
+fn read_attributes(
     primitive: &mut Primitive,
-    json: &gltf::Primitive<'a>,
-    accessors: &Accessors<'a>,
-    materials: &[MaterialUse],
-    gather: &Gather,
+    shape: &mut Shape,
+    attributes: &mut Attributes,
+    material: MaterialUse,
 ) -> Result<(), Cancelled> {
-    let mut faults = Vec::new();
-    let mut optional = |semantic: Semantic, what: &str, accepts: &dyn Fn(&Accessor) -> bool| {
-        let Some(attribute) = json.get(&semantic) else { return Ok(None) };
-        let (place, index) = (format!("attributes.{}", semantic.to_string()), attribute.index());
-        let fault = match accessors.open(&attribute, gather.token) {
-            Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
-            Err(AccessorError::Unreadable(fault)) => fault,
-            Ok(accessor) if !accepts(&accessor) => {
-                let kind = if accessor.normalized { "normalised" } else { "plain" };
-                let detail = format!("{} {kind} {:?} each", accessor.width, accessor.component);
-                Fault::new(WRONG_TYPE, format!("accessors[{index}]: {detail}"))
-            }
-            Ok(accessor) if accessor.count < gather.count => {
-                let detail = format!("accessors[{index}]: {} for {} vertices", accessor.count, gather.count);
-                Fault::new("fewer than vertices", detail)
-            }
-            Ok(accessor) => {
-                if accessor.count > gather.count {
-                    let detail = format!("{} for {} vertices", accessor.count, gather.count);
-                    faults.push((1, format!("primitives with more {what} than vertices"), at(&place, &detail)));
-                }
-                return Ok(Some(accessor));
-            }
-        };
-        faults.push((1, format!("primitives shown without {what}: {}", fault.kind), at(&place, &fault.detail)));
-        Ok(None)
-    };
-    let is_unit = |accessor: &Accessor| accessor.component == DataType::F32 || accessor.normalized;
+    let gather = attributes.gather;
     let vector = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
-    let material = materials.get(primitive.material).copied().unwrap_or_default();
-    if let Some(normals) = optional(Semantic::Normals, "normals", &|found| found.width == 3 && is_unit(found))? {
-        primitive.normals = gather.all(&normals, vector)?;
+    let is_normal = |found: &Accessor| found.width == 3 && is_unit(found);
+    if let Some(normals) = attributes.open(&Semantic::Normals, "normals", is_normal)? {
+        shape.normals = gather.all(&normals, vector)?;
     }
     if material.has_normal_map
-        && !primitive.normals.is_empty()
-        && let Some(tangents) = optional(Semantic::Tangents, "tangents", &|found| found.width == 4 && is_unit(found))?
+        && !shape.normals.is_empty()
+        && let Some(tangents) =
+            attributes.open(&Semantic::Tangents, "tangents", |found| found.width == 4 && is_unit(found))?
     {
         primitive.tangents = gather.all(&tangents, Vec4::from_array)?;
     }
     let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != DataType::U32;
-    if let Some(uvs) = optional(Semantic::TexCoords(material.uv_set), "texture coordinates", &is_uv)? {
+    if let Some(uvs) = attributes.open(&Semantic::TexCoords(material.uv_set), "texture coordinates", is_uv)? {
         primitive.uvs = gather.all(&uvs, Vec2::from_array)?;
     }
     if let Some(set) = material.second_uv_set
-        && let Some(uvs) = optional(Semantic::TexCoords(set), "texture coordinates", &is_uv)?
+        && let Some(uvs) = attributes.open(&Semantic::TexCoords(set), "texture coordinates", is_uv)?
     {
         primitive.uvs2 = gather.all(&uvs, Vec2::from_array)?;
     }
     let is_color = |accessor: &Accessor| matches!(accessor.width, 3 | 4) && is_unit(accessor);
-    if let Some(colors) = optional(Semantic::Colors(0), "colours", &is_color)? {
+    if let Some(colors) = attributes.open(&Semantic::Colors(0), "colours", is_color)? {
         primitive.colors = gather.all(&colors, vector)?;
         if colors.width == 4 && material.is_cut_out {
             primitive.alphas = gather.all(&colors, |[_, _, _, alpha]| alpha)?;
         }
     }
-    let is_joint = |accessor: &Accessor| {
-        let is_whole = matches!(accessor.component, DataType::U8 | DataType::U16 | DataType::F32);
-        accessor.width == 4 && is_whole && !accessor.normalized
-    };
-    let joints = optional(Semantic::Joints(0), "joints", &is_joint)?;
-    let weights = optional(Semantic::Weights(0), "weights", &|found| found.width == 4 && is_unit(found))?;
-    if let (Some(joints), Some(weights)) = (joints, weights) {
-        primitive.joints = gather.all(&joints, |joints| joints)?;
-        primitive.weights = gather.all(&weights, |weights| weights)?;
-        if json.get(&Semantic::Joints(1)).is_some() {
-            let what = "primitives whose joints beyond the first four of a vertex are ignored".to_owned();
-            faults.push((1, what, at("attributes.JOINTS_1", "")));
+    let sets = [material.has_texture.then_some(material.uv_set), material.second_uv_set];
+    for set in sets.into_iter().flatten() {
+        if attributes.json.get(&Semantic::TexCoords(set)).is_none() {
+            let what = "primitives without the texture coordinates of their texture".to_owned();
+            attributes.faults.push((1, what, at("attributes", &format!("no TEXCOORD_{set}"))));
         }
     }
-    let sets = [material.has_texture.then_some(material.uv_set), material.second_uv_set];
-    for set in sets.into_iter().flatten().filter(|&set| json.get(&Semantic::TexCoords(set)).is_none()) {
-        let what = "primitives without the texture coordinates of their texture".to_owned();
-        faults.push((1, what, at("attributes", &format!("no TEXCOORD_{set}"))));
-    }
-    primitive.faults.append(&mut faults);
     Ok(())
 }

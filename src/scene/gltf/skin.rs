@@ -1,23 +1,72 @@
 //! Skins: a vertex stands where the joints that hold it are, and not where the node of its mesh is.
 
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use glam::{DMat4, Mat4};
 use gltf::accessor::{DataType, Dimensions};
 
 use super::accessor::{AccessorError, Accessors, WRONG_TYPE};
 use super::document::Fault;
-use super::primitive::Primitive;
 use crate::scene::error::{FileLocation, Warnings};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// From mesh space to the world by each joint, in the pose of the nodes; `None`, with a warning, where the skin cannot be read.
-pub(super) fn joint_transforms<'a>(
+/// A skin that has at least one joint, all of them in the scene.
+pub(super) struct Skin {
+    /// Nodes of the joints.
+    pub(super) joints: Vec<usize>,
+    /// From mesh space to that of each joint.
+    pub(super) inverse_bind: Vec<DMat4>,
+}
+
+impl Skin {
+    /// From mesh space to the world by each joint.
+    pub(super) fn transforms(&self, worlds: &[Option<DMat4>]) -> Vec<DMat4> {
+        let world = |joint: usize| worlds.get(joint).copied().flatten().unwrap_or_default();
+        self.joints.iter().zip(&self.inverse_bind).map(|(&joint, inverse)| world(joint) * *inverse).collect()
+    }
+}
+
+/// The skins that were read so far, by index; `None` for those that cannot be.
+#[derive(Default)]
+pub(super) struct Skins(HashMap<usize, Option<Rc<Skin>>>);
+
+impl Skins {
+    /// A skin; `None`, with a warning, where it cannot be read.
+    pub(super) fn get<'a>(
+        &mut self,
+        skin: &gltf::Skin<'a>,
+        worlds: &[Option<DMat4>],
+        accessors: &Accessors<'a>,
+        warnings: &mut Warnings,
+        token: &CancelToken,
+    ) -> Result<Option<Rc<Skin>>, Cancelled> {
+        if let Some(known) = self.0.get(&skin.index()) {
+            return Ok(known.clone());
+        }
+        let found = match read(skin, worlds, accessors, token) {
+            // The entry for skins that do not exist has no joints.
+            Ok(skin) => Some(Rc::new(skin)).filter(|skin| !skin.joints.is_empty()),
+            Err(AccessorError::Unreadable(fault)) => {
+                let what = format!("skeletons left out: {}", fault.kind);
+                warnings.add(&what, || FileLocation::in_json(format!("skins[{}]", skin.index()), &fault.detail));
+                None
+            }
+            Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
+        };
+        self.0.insert(skin.index(), found.clone());
+        Ok(found)
+    }
+}
+
+fn read<'a>(
     skin: &gltf::Skin<'a>,
     worlds: &[Option<DMat4>],
     accessors: &Accessors<'a>,
-    warnings: &mut Warnings,
     token: &CancelToken,
-) -> Result<Option<Vec<DMat4>>, Cancelled> {
-    let count = skin.joints().len();
+) -> Result<Skin, AccessorError> {
+    let joints: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
+    let count = joints.len();
     let inverse = skin.inverse_bind_matrices().map(|json| -> Result<_, AccessorError> {
         let accessor = accessors.open_any(&json, token)?;
         if json.dimensions() != Dimensions::Mat4 || accessor.component != DataType::F32 || accessor.count < count {
@@ -26,36 +75,14 @@ pub(super) fn joint_transforms<'a>(
         }
         Ok(accessor)
     });
-    let fault = match inverse.transpose() {
-        Ok(inverse) => {
-            let bind = |k| inverse.as_ref().map_or(Mat4::IDENTITY, |list| Mat4::from_cols_array(&list.element(k)));
-            let joints = skin.joints().enumerate();
-            let transforms: Option<Vec<DMat4>> =
-                joints.map(|(k, joint)| Some((*worlds.get(joint.index())?)? * bind(k).as_dmat4())).collect();
-            match transforms {
-                // The entry for skins that do not exist has no joints.
-                Some(transforms) => return Ok(Some(transforms).filter(|transforms| !transforms.is_empty())),
-                None => Fault::new("joints outside the scene", ""),
-            }
-        }
-        Err(AccessorError::Unreadable(fault)) => fault,
-        Err(AccessorError::Cancelled(cancelled)) => return Err(cancelled),
-    };
-    let what = format!("skeletons left out: {}", fault.kind);
-    warnings.add(&what, || FileLocation::in_json(format!("skins[{}]", skin.index()), &fault.detail));
-    Ok(None)
-}
-
-/// The transform of vertex `k` by its joints; that of the first joint where nothing holds it.
-pub(super) fn blend(primitive: &Primitive, transforms: &[Mat4], k: usize) -> Mat4 {
-    let joints = primitive.joints.get(k).copied().unwrap_or_default();
-    let weights = primitive.weights.get(k).copied().unwrap_or_default();
-    let held = joints.into_iter().zip(weights).filter(|(_, weight)| *weight > 0.0);
-    let (mut sum, mut total) = (Mat4::ZERO, 0.0);
-    for (joint, weight) in held {
-        let Some(transform) = transforms.get(joint as usize) else { continue };
-        sum += *transform * weight;
-        total += weight;
+    let inverse = inverse.transpose()?;
+    let bind = |k| inverse.as_ref().map_or(Mat4::IDENTITY, |list| Mat4::from_cols_array(&list.element(k)));
+    let inverse_bind: Vec<DMat4> = (0..count).map(|k| bind(k).as_dmat4()).collect();
+    if let Some(joint) = inverse_bind.iter().position(|matrix| !matrix.is_finite()) {
+        return Err(Fault::new("matrices that are not finite", format!("the one of joints[{joint}]")).into());
     }
-    if total > 0.0 { sum * (1.0 / total) } else { transforms.first().copied().unwrap_or_default() }
+    if joints.iter().any(|&joint| worlds.get(joint).is_none_or(Option::is_none)) {
+        return Err(Fault::new("joints outside the scene", "").into());
+    }
+    Ok(Skin { joints, inverse_bind })
 }

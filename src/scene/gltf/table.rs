@@ -84,6 +84,8 @@ pub(super) mod extension {
     pub(in super::super) const BASISU: &str = "KHR_texture_basisu";
     pub(in super::super) const DRACO: &str = "KHR_draco_mesh_compression";
     pub(in super::super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+    pub(in super::super) const POINTER: &str = "KHR_animation_pointer";
+    pub(in super::super) const VISIBILITY: &str = "KHR_node_visibility";
     pub(in super::super) const LIGHTS: &str = "KHR_lights_punctual";
     pub(in super::super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
     pub(in super::super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -115,7 +117,7 @@ pub(super) static DOCUMENT: [Row; 17] = [
     ("images", List(&IMAGE)),
     ("samplers", List(&SAMPLER)),
     ("cameras", List(&CAMERA)),
-    ("animations", List(&Present)),
+    ("animations", Raw),
     ("extensions", Extensions(&[(extension::LIGHTS, Object(&[("lights", List(&LIGHT))]))])),
 ];
 
@@ -134,7 +136,15 @@ static NODE: Rule = Object(&[
     ("translation", Numbers(3)),
     ("rotation", Numbers(4)),
     ("scale", Numbers(3)),
-    ("extensions", Extensions(&[(extension::INSTANCING, INSTANCING), (extension::LIGHTS, CARRIED_LIGHT)])),
+    ("weights", List(&Number)),
+    (
+        "extensions",
+        Extensions(&[
+            (extension::INSTANCING, INSTANCING),
+            (extension::LIGHTS, CARRIED_LIGHT),
+            (extension::VISIBILITY, Object(&[("visible", Flag)])),
+        ]),
+    ),
 ]);
 
 /// The lights of a document as a list that indices point into, though it is not at the top.
@@ -165,7 +175,8 @@ const INSTANCING: Rule =
 
 const INSTANCES: Rule = to("accessors", Field, "lists of instances left out: something named that does not exist");
 
-static MESH: Rule = Object(&[("primitives", Needed(&List(&PRIMITIVE))), ("extensions", Extensions(&[]))]);
+static MESH: Rule =
+    Object(&[("primitives", Needed(&List(&PRIMITIVE))), ("weights", List(&Number)), ("extensions", Extensions(&[]))]);
 
 const NO_PRIMITIVE: &str = "primitives left out: something named that does not exist";
 
@@ -174,9 +185,13 @@ static PRIMITIVE: Rule = Object(&[
     ("indices", to("accessors", Owner, NO_PRIMITIVE)),
     ("material", to("materials", Field, "primitives whose material does not exist shown in clay")),
     ("mode", Code(&[0, 1, 2, 3, 4, 5, 6], Owner, "primitives left out: an unknown mode")),
-    ("targets", List(&Present)),
+    ("targets", List(&MORPH_TARGET)),
     ("extensions", Extensions(&[(extension::DRACO, Raw)])),
 ]);
+
+static MORPH_TARGET: Rule = Object(&[("POSITION", MORPHED), ("NORMAL", MORPHED)]);
+
+const MORPHED: Rule = to("accessors", Field, "morph targets left out: something named that does not exist");
 
 static ATTRIBUTE: Target = Target {
     list: "accessors",

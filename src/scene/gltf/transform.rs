@@ -3,16 +3,16 @@
 use glam::{DMat4, DQuat, DVec3};
 use serde_json::Value;
 
+use crate::scene::motion::Local;
+
 /// The transform of a node in repaired JSON, in double precision.
-pub(super) fn local_transform(node: &Value) -> DMat4 {
-    if let Some(matrix) = numbers(node.get("matrix")) {
-        return DMat4::from_cols_array(&matrix);
+pub(super) fn local(node: &Value) -> Local {
+    Local {
+        scale: numbers(node.get("scale")).map_or(DVec3::ONE, DVec3::from_array),
+        rotation: numbers(node.get("rotation")).map_or(DQuat::IDENTITY, rotation),
+        translation: numbers(node.get("translation")).map_or(DVec3::ZERO, DVec3::from_array),
+        matrix: numbers(node.get("matrix")).map(|matrix| DMat4::from_cols_array(&matrix)),
     }
-    DMat4::from_scale_rotation_translation(
-        numbers(node.get("scale")).map_or(DVec3::ONE, DVec3::from_array),
-        numbers(node.get("rotation")).map_or(DQuat::IDENTITY, rotation),
-        numbers(node.get("translation")).map_or(DVec3::ZERO, DVec3::from_array),
-    )
 }
 
 /// The `N` numbers of a list.

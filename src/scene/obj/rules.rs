@@ -5,8 +5,9 @@ use std::path::Path;
 
 use glam::Vec2;
 
-use super::super::assemble::{Assembly, BYTES_PER_TRIANGLE, MAX_COORDINATE};
+use super::super::assemble::{Assembly, BYTES_PER_TRIANGLE};
 use super::super::error::{FileLocation, LoadError};
+use super::super::offset::MAX_COORDINATE;
 use super::face::{Face, NORMAL_FLAWS, TEXCOORD_FLAWS};
 use super::materials::Materials;
 use super::statement::{Fault, Statement};

@@ -257,6 +257,11 @@ fn gltf() -> Vec<Sample> {
             "a.gltf",
             asset(",\"scenes\":[{\"nodes\":[0,1]}],\"nodes\":[{\"children\":[2]},{\"children\":[2]},{}]"),
         ),
+        file(
+            "a clip without keys",
+            "a.gltf",
+            asset(",\"animations\":[{\"channels\":[{\"target\":{\"path\":\"scale\"}}]}]"),
+        ),
         file("a scene that does not exist", "a.gltf", asset(",\"scene\":7,\"nodes\":[{\"mesh\":99}]")),
         file("a buffer that is missing", "a.gltf", asset(",\"buffers\":[{\"byteLength\":9,\"uri\":\"a.bin\"}]")),
         file(
@@ -316,6 +321,10 @@ fn command_line() -> Vec<Sample> {
         command("an unknown option", "info --frobnicate"),
         command("no such scene", "info builtin:rabbit"),
         command("no such size", "info builtin:terrain:many"),
+        command("a time of a model that stands still", "render builtin:cornell -o a.png --time 1"),
+        command("no such clip", "render builtin:walker:500 -o a.png --clip swim"),
+        command("times that are none", "render builtin:walker:500 -o a.gif --frames 2..1"),
+        command("a film of another format", "render builtin:walker:500 -o a.png --frames 0..1:0.5"),
         command("a memory limit that is none", "info --memory-limit=lots"),
         command("a picture of another format", "render builtin:cornell -o a.bmp"),
         command("a folder that does not exist", "render builtin:cornell -o missing/a.png"),

@@ -1,0 +1,96 @@
+//! Models that move: clips of animation, and the triangles of a model at a moment of one.
+//!
+//! A model keeps its triangles, in number and order, while they move, so that a tree over them can be kept or refitted. A [`Mover`]
+//! writes where they are: a [`rig`] of nodes, skins and morph targets, or a formula of a built-in scene.
+
+mod curve;
+mod pose;
+mod rig;
+mod shape;
+
+use std::sync::OnceLock;
+
+use serde::Serialize;
+
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::Aabb;
+
+pub(super) use curve::{Curve, Interpolation};
+pub(super) use pose::Mover;
+pub use pose::{Moment, Pose};
+pub(super) use rig::{Local, Part, Rig, RigNode, RigSkin, Target, Track};
+pub(super) use shape::{Hold, MorphTarget, Shape, share};
+
+/// Moments of a clip at which its reach is measured: most, and least where the model is large.
+const REACH_MOMENTS: [usize; 2] = [16, 3];
+/// Triangles that are moved at most to measure the reach of a clip, unless it takes the least moments.
+const REACH_TRIANGLES: usize = 4_000_000;
+
+/// A clip of animation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Clip {
+    /// Its name in the file; may be empty.
+    pub name: String,
+    /// Time of the first key in seconds.
+    pub start: f32,
+    /// Time of the last key in seconds, at least that of the first.
+    pub end: f32,
+}
+
+impl Clip {
+    /// Seconds from the first to the last key; may be 0.
+    pub fn duration(&self) -> f32 {
+        self.end - self.start
+    }
+}
+
+/// The clips of a model, and where each moves its triangles.
+#[derive(Debug)]
+pub struct Motion {
+    /// The clips, at least one, in file order.
+    pub clips: Vec<Clip>,
+    mover: Box<dyn Mover>,
+    /// The box around the model during each clip, made on request.
+    reaches: Vec<OnceLock<Aabb>>,
+}
+
+impl Motion {
+    pub(super) fn new(clips: Vec<Clip>, mover: Box<dyn Mover>) -> Self {
+        let reaches = clips.iter().map(|_| OnceLock::new()).collect();
+        Self { clips, mover, reaches }
+    }
+
+    /// Index of the clip with this name, or with this number, counted from 0.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let by_name = self.clips.iter().position(|clip| clip.name == name);
+        by_name.or_else(|| name.parse().ok().filter(|&number| number < self.clips.len()))
+    }
+
+    /// Writes the model at `moment`, whose clip exists, into `pose`, in the calling thread's rayon pool.
+    pub fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
+        self.mover.pose(moment, pose, token)
+    }
+
+    /// The box around the model during a clip: at moments of equal distance, which may miss what juts out between them. The first
+    /// request moves the model as often.
+    pub fn reach(&self, clip: usize, token: &CancelToken) -> Result<Aabb, Cancelled> {
+        if let Some(reach) = self.reaches[clip].get() {
+            return Ok(*reach);
+        }
+        let [most, least] = REACH_MOMENTS;
+        let count = (REACH_TRIANGLES / self.mover.triangle_count().max(1)).clamp(least, most);
+        let (mut pose, mut reach) = (Pose::default(), Aabb::EMPTY);
+        for moment in 0..count {
+            let Clip { start, end, .. } = self.clips[clip];
+            let seconds = start + (end - start) * moment as f32 / (count - 1) as f32;
+            self.pose(Moment { clip, seconds }, &mut pose, token)?;
+            reach = reach.union(&pose.bounds());
+        }
+        Ok(*self.reaches[clip].get_or_init(|| reach))
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> usize {
+        self.mover.bytes()
+    }
+}

@@ -1,0 +1,65 @@
+//! A moment of a clip, the triangles there, and whatever moves them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::scene::offset::MAX_COORDINATE;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Aabb, Triangle};
+
+/// Triangles that a task bounds.
+const TRIANGLES_PER_TASK: usize = 1 << 16;
+
+/// A moment of a clip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Index in [`Motion::clips`](super::Motion::clips).
+    pub clip: usize,
+    /// Time in seconds; before the first key and after the last, nothing moves.
+    pub seconds: f32,
+}
+
+/// The triangles of a model at a moment.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pose {
+    /// The triangles in their usual order, all of them finite.
+    pub triangles: Vec<Triangle>,
+    /// Normals of the vertices of [`Attributes`](crate::scene::Attributes); empty where these have none.
+    pub normals: Vec<Vec3>,
+    /// Positions of the vertices that the triangles are made of.
+    pub(in crate::scene) positions: Vec<Vec3>,
+}
+
+/// Whatever moves the triangles of a model.
+pub(in crate::scene) trait Mover: std::fmt::Debug + Send + Sync {
+    /// Number of triangles.
+    fn triangle_count(&self) -> usize;
+
+    /// Writes the triangles, and the normals where the model has any, at a moment of one of its clips, in the calling thread's rayon
+    /// pool. `pose` may hold those of another moment, or nothing.
+    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled>;
+
+    /// Bytes in memory.
+    fn bytes(&self) -> usize;
+}
+
+impl Pose {
+    /// The box around all triangles.
+    pub fn bounds(&self) -> Aabb {
+        let around = |part: &[Triangle]| part.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
+        let parts = self.triangles.par_chunks(TRIANGLES_PER_TASK).map(around);
+        parts.reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
+    }
+}
+
+/// Moves positions to the origin where no triangle must be: numbers that are none, or beyond the largest coordinate.
+pub(super) fn keep_usable(positions: &mut [Vec3]) {
+    let is_usable = |number: f32| number.abs() <= MAX_COORDINATE;
+    let numbers: &[f32] = bytemuck::cast_slice(positions);
+    // All at once, without a branch for each.
+    if !numbers.iter().fold(true, |all, &number| all & is_usable(number)) {
+        for position in positions.iter_mut().filter(|position| !position.to_array().into_iter().all(is_usable)) {
+            *position = Vec3::ZERO;
+        }
+    }
+}
