@@ -76,6 +76,11 @@ const OWN: [(&str, &[Field]); 5] = [
                 "scenes",
                 "Names of its scenes, which `--scene` takes by their numbers from 0; absent where the format has none",
             ),
+            (
+                "clips",
+                "Clips of a model that moves, which `--clip` takes by name or number from 0: name, start and end in seconds; absent \
+                 where there are none",
+            ),
             ("scene_bytes", "Bytes of the model in memory"),
             ("findings", "Findings of the diagnosis"),
         ],
@@ -93,6 +98,8 @@ const OWN: [(&str, &[Field]); 5] = [
         "Of `render`",
         &[
             ("samples", "Rays of each pixel"),
+            ("clip", "Of `--time` or `--frames`: name of the clip"),
+            ("time_s", "Time of the clip in seconds"),
             ("color_range", "Values at the two ends of the colours, where these stand for values"),
             ("output", "The file that was written"),
         ],

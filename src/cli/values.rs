@@ -186,6 +186,14 @@ pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
+/// Parses a time in seconds.
+pub fn seconds(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|seconds: &f32| seconds.is_finite())
+        .ok_or_else(|| "a time in seconds is expected".to_owned())
+}
+
 /// Parses the index of a node.
 pub fn node(text: &str) -> Result<u32, String> {
     whole(text, 0, u32::MAX)

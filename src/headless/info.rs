@@ -20,7 +20,7 @@ use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::population::{MeasuredRays, Populations, ViewRays};
 use crate::lab::report_table::number;
 use crate::render::RenderSettings;
-use crate::scene::SceneSource;
+use crate::scene::{Clip, SceneSource};
 use crate::text::{count, counted};
 use crate::view::CameraChoice;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -47,6 +47,9 @@ pub struct InfoCommand {
 
 /// Width and height in pixels of the view whose rays count visits: a ray for each.
 const VIEW_PX: [u32; 2] = [256; 2];
+
+/// Clips that are listed in the text.
+const MAX_CLIPS: usize = 20;
 
 /// Visits by rays of one population.
 #[derive(Debug, Serialize)]
@@ -84,6 +87,9 @@ struct Info {
     /// Those of its scenes; `--scene` takes their numbers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     scenes: Vec<String>,
+    /// The clips of a model that moves.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    clips: Vec<Clip>,
     scene_bytes: usize,
     #[serde(flatten)]
     tree: TreeNumbers,
@@ -162,6 +168,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
         lights: scene.lights.iter().map(|light| light.name.clone()).collect(),
         scenes: scene.scene_names.clone(),
+        clips: scene.motion.as_ref().map(|motion| motion.clips.clone()).unwrap_or_default(),
         scene_bytes: scene.bytes(),
         tree: TreeNumbers::new(&accel, &accel.reading()),
         width_px: has_rays.then_some(VIEW_PX[0]),
@@ -255,6 +262,17 @@ fn print_text(
         if names.len() >= least {
             line(out, label, names.iter().enumerate().map(named).collect::<Vec<_>>().join(", "))?;
         }
+    }
+    if !info.clips.is_empty() {
+        let named = |(index, clip): (usize, &Clip)| {
+            let name = format!("{index} {}", clip.name);
+            format!("{} {} to {} s", name.trim_end(), number(clip.start.into()), number(clip.end.into()))
+        };
+        let mut clips: Vec<String> = info.clips.iter().enumerate().map(named).take(MAX_CLIPS).collect();
+        if info.clips.len() > MAX_CLIPS {
+            clips.push(counted((info.clips.len() - MAX_CLIPS) as u64, "others"));
+        }
+        line(out, "clips", clips.join(", "))?;
     }
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;

@@ -5,7 +5,9 @@ mod context;
 
 pub mod render;
 
+mod film;
 mod legend;
+mod moments;
 pub mod picture;
 mod svg;
 
@@ -27,5 +29,6 @@ mod tree_origin;
 
 pub use context::{Context, Failure, Finished, ignore_missing_reader};
 pub use merges::MergesCommand;
+pub use moments::{MomentChoice, Times};
 pub use render::RenderCommand;
 pub use tree_origin::TreeOrigin;

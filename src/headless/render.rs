@@ -1,6 +1,7 @@
 //! `render`: traces one frame and writes it as a PNG or SVG, with or without overlay, or its linear radiance as an EXR; and its
-//! hit distances as an EXR.
+//! hit distances as an EXR. Of a model that moves, traces a moment, or a film of many.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,6 +9,8 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::exr::write_distances;
+use super::film::{Film, check_output};
+use super::moments::MomentChoice;
 use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
@@ -20,7 +23,7 @@ use crate::export::{Protected, check_target};
 use crate::lab::Conditions;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
-use crate::scene::{Scene, SceneSource};
+use crate::scene::{Moment, Scene, SceneSource};
 use crate::section::SectionChoice;
 use crate::text::shown_path;
 use crate::view::CameraChoice;
@@ -60,6 +63,8 @@ pub struct RenderCommand {
     pub legend: Option<bool>,
     /// Print the measurements as JSON.
     pub json: bool,
+    /// Moments of a model that moves: several make a film.
+    pub moments: MomentChoice,
 }
 
 /// The JSON object that `--json` prints.
@@ -77,6 +82,8 @@ struct RenderSummary<'a> {
     #[serde(flatten)]
     conditions: Conditions,
     samples: u32,
+    #[serde(flatten)]
+    moment: Option<ShownMoment>,
     /// Values at the two ends of the colours, in modes whose colours stand for values.
     #[serde(skip_serializing_if = "Option::is_none")]
     color_range: Option<[f32; 2]>,
@@ -84,7 +91,14 @@ struct RenderSummary<'a> {
     warnings: Vec<String>,
 }
 
-/// Renders the frame, writes the files and prints the measurements.
+/// The moment that a row is of.
+#[derive(Debug, Serialize)]
+struct ShownMoment {
+    clip: String,
+    time_s: f32,
+}
+
+/// Renders the frame or the film, writes the files and prints the measurements.
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.tree.path()));
@@ -94,8 +108,17 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_outputs(command, &read)?;
+    let moments = command.moments.of(&scene)?;
+    if let Some(step) = command.moments.step() {
+        let (token, out) = (&context.token, &mut *context.out);
+        return in_pool(|| film(command, &scene, &moments, step, &read, out, token));
+    }
     let token = &context.token;
-    let (accel, picture, frame) = in_pool(|| trace(command, &scene, token))?;
+    let scene = match moments.first() {
+        Some(&moment) => Arc::new(in_pool(|| scene.at(moment, token))?),
+        None => scene,
+    };
+    let (accel, picture, frame) = in_pool(|| trace(command, &scene, &Progress::new("Building", token), token))?;
     token.check()?;
     let has_faults = note_faults(&accel);
     if let Some(path) = &command.output {
@@ -109,20 +132,63 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     }
     if command.json {
         in_pool(|| accel.epo(token))?;
-        let line = summary(command, &accel, &frame);
-        let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
-        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+        print(command, &accel, &frame, context.out)?;
     }
     Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
+}
+
+/// Prints the measurements of a frame as a line of JSON.
+fn print(command: &RenderCommand, accel: &Accel, frame: &Frame, out: &mut dyn Write) -> Result<(), Failure> {
+    let line = summary(command, accel, frame);
+    let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
+    ignore_missing_reader(writeln!(out, "{}", printable_json(&text)))?;
+    Ok(())
+}
+
+/// Renders the model at each moment, `step` seconds apart, with a tree built for each, and writes the film.
+fn film(
+    command: &RenderCommand,
+    scene: &Arc<Scene>,
+    moments: &[Moment],
+    step: f32,
+    read: &Protected,
+    out: &mut (dyn Write + Send),
+    token: &CancelToken,
+) -> Result<Finished, Failure> {
+    let Some(output) = &command.output else { return Ok(Finished::default()) };
+    let progress = Progress::new("Building", token);
+    let mut frame_of = |moment: Moment| -> Result<([u32; 2], Vec<[u8; 4]>), Failure> {
+        token.check()?;
+        let posed = Arc::new(scene.at(moment, token)?);
+        let (accel, picture, frame) = trace(command, &posed, &progress, token)?;
+        if command.json {
+            accel.epo(token)?;
+            print(command, &accel, &frame, out)?;
+        }
+        match picture {
+            Picture::Screen { size_px, rgba, .. } => Ok((size_px, rgba)),
+            Picture::Linear { .. } | Picture::Vector { .. } => unreachable!("a film has neither extension"),
+        }
+    };
+    // The first frame has the size of all: a legend below it adds to the height.
+    let (size_px, first) = frame_of(moments[0])?;
+    let delay = (step * 100.0).round().clamp(2.0, f32::from(u16::MAX)) as u16;
+    let film = Film { output, size_px, count: moments.len(), delays: [delay; 2] };
+    let others = moments[1..].iter().map(|&moment| frame_of(moment).map(|(_, rgba)| rgba));
+    film.write(read, &mut std::iter::once(Ok(first)).chain(others), token)?;
+    drop(progress);
+    note_written(output, &format!("{} frames of {}×{} pixels", film.count, size_px[0], size_px[1]));
+    Ok(Finished { warned: !scene.warnings.is_empty() })
 }
 
 /// Builds the tree, traces the frame and makes the picture of it.
 fn trace(
     command: &RenderCommand,
     scene: &Arc<Scene>,
+    progress: &Progress,
     token: &CancelToken,
 ) -> Result<(Arc<Accel>, Picture, Frame), Failure> {
-    let progress = Progress::new("Building", token);
+    progress.set_label("Building");
     let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, token)?);
     accel.widen(token)?;
     progress.set_label("Tracing");
@@ -141,7 +207,6 @@ fn trace(
     } else {
         (crate::render::render(&request, token, &|_| ())?, Vec::new())
     };
-    drop(progress);
     let picture = if command.writes("exr") {
         Picture::Linear { size_px: command.size, radiance }
     } else {
@@ -190,6 +255,10 @@ fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
 
 /// Checks that the outputs have extensions that are written, and can hold the requested content.
 fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
+    if command.moments.step().is_some() {
+        // A film, see `check_outputs`.
+        return Ok(());
+    }
     for (path, extensions) in [(&command.output, &["png", "svg", "exr"][..]), (&command.depth_image, &["exr"])] {
         let Some(path) = path else { continue };
         if !extensions.iter().any(|extension| ends_in(path, extension)) {
@@ -236,6 +305,9 @@ fn check_nodes(selection: &Selection, table: &NodeTable) -> Result<(), Failure> 
 
 /// Checks that both outputs can be written, are two files and none of those `read`.
 fn check_outputs(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
+    if let (Some(_), Some(output)) = (command.moments.step(), &command.output) {
+        return check_output(output, read);
+    }
     let mut protected = read.clone();
     for path in [&command.output, &command.depth_image].into_iter().flatten() {
         check_target(path, &protected)?;
@@ -258,6 +330,11 @@ fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
 }
 
 fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> RenderSummary<'a> {
+    let scene = &accel.scene;
+    let moment = scene.moment.zip(scene.motion.as_ref()).map(|(Moment { clip, seconds }, motion)| ShownMoment {
+        clip: motion.clips[clip].name.clone(),
+        time_s: seconds,
+    });
     let tree = TreeReading { trace: Some(frame.reading()), ..accel.reading() };
     RenderSummary {
         command: "render",
@@ -270,6 +347,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
         repeat: 1,
         conditions: Conditions::of_process(Some(&frame.camera), frame.settings.simd),
         samples: frame.samples,
+        moment,
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),
         output: command.output.as_deref(),
         warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),

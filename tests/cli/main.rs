@@ -15,6 +15,7 @@ mod golden;
 mod interrupting;
 #[cfg(feature = "gui")]
 mod merges;
+mod moments;
 #[cfg(unix)]
 mod overwriting;
 mod populations;

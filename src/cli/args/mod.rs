@@ -22,6 +22,7 @@ use super::named::{help, named, populations, populations_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
+use crate::headless::Times;
 use crate::lab::population::Populations;
 use crate::render::Background;
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
@@ -134,6 +135,22 @@ pub struct ViewerArgs {
     pub refuse_buffer: bool,
 }
 
+/// The moment of a model that moves.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Motion")]
+pub struct MotionArgs {
+    /// Show the model at this time of its clip, in seconds
+    #[arg(long, value_name = "T", value_parser = values::seconds, allow_hyphen_values = true, conflicts_with = "tree")]
+    pub time: Option<f32>,
+    /// The clip, by its name or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME", conflicts_with = "tree")]
+    pub clip: Option<String>,
+    /// A film of these times in seconds, each with a tree of its own; without STEP 25 a second
+    #[arg(long, value_name = "A..B:STEP", value_parser = Times::parse_range, allow_hyphen_values = true,
+          conflicts_with_all = ["time", "tree", "depth_image"])]
+    pub frames: Option<Times>,
+}
+
 /// Surroundings of the model in a picture that is written.
 #[derive(Debug, Args)]
 pub struct AroundArgs {
@@ -151,6 +168,8 @@ pub struct AroundArgs {
   bvhscope render bunny.obj -o boxes.png --overlay box --depth 5..7 --camera front
   bvhscope render bunny.obj -o heat.png --shading heat --heat-range 0..80
   bvhscope render bunny.obj -o bunny.exr
+  bvhscope render fox.glb -o fox.png --clip Run --time 0.4
+  bvhscope render builtin:walker -o walker.gif --frames 0..1:0.04 --size 480x480
   bvhscope render bunny.obj --overlay box --background white -o bunny.svg
   bvhscope render bunny.obj -o bunny.png --depth-image bunny-depth.exr")]
 pub struct RenderArgs {
@@ -158,7 +177,7 @@ pub struct RenderArgs {
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     /// The picture that is written: a PNG, an SVG with containers as lines, or an EXR of linear radiance, neither exposed nor
-    /// tone mapped
+    /// tone mapped; of --frames a GIF or a folder
     #[arg(short, long, value_name = "FILE", required_unless_present = "depth_image")]
     pub output: Option<PathBuf>,
     /// Also write each pixel's hit distance along its unit ray, infinity where nothing is hit
@@ -191,6 +210,8 @@ pub struct RenderArgs {
     pub overlay: OverlayArgs,
     #[command(flatten)]
     pub nodes: NodeArgs,
+    #[command(flatten)]
+    pub motion: MotionArgs,
     /// Cut model and containers open: x, y or z, or a normal X,Y,Z, and a position in the model's unit or in percent; -x keeps
     /// the other half
     #[arg(long, value_name = "AXIS=POSITION", value_parser = SectionChoice::parse, allow_hyphen_values = true,

@@ -17,7 +17,7 @@ use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::ray::RayCommand;
 use crate::headless::tree::TreeCommand;
-use crate::headless::{Failure, MergesCommand, RenderCommand, TreeOrigin};
+use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, Times, TreeOrigin};
 use crate::lab::ray::RayMethod;
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::{RayStart, RenderSettings};
@@ -82,6 +82,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         depth_image: args.depth_image,
         legend: args.around.legend,
         json: args.json,
+        moments: MomentChoice { times: args.motion.frames.or(args.motion.time.map(Times::At)), clip: args.motion.clip },
     })
 }
 

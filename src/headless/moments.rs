@@ -1,0 +1,119 @@
+//! Moments of a model that moves, as a command names them.
+
+use super::context::Failure;
+use crate::scene::{Moment, Scene};
+use crate::text::{counted, quoted};
+
+/// Most frames of a film.
+const MAX_FRAMES: f32 = 10_000.0;
+
+/// Names of clips that a message lists.
+const LISTED: usize = 12;
+
+/// Times of a clip in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Times {
+    /// A single one.
+    At(f32),
+    /// From the first to the second, so many seconds apart.
+    Range([f32; 2], f32),
+}
+
+impl Times {
+    /// Parses `A..B` or `A..B:STEP`, in seconds; without a step there are 25 a second.
+    pub fn parse_range(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "times in seconds A..B:STEP with A <= B and at most {MAX_FRAMES} steps are expected, as in 0..2:0.04"
+            )
+        };
+        let (range, step) = text.split_once(':').unwrap_or((text, "0.04"));
+        let numbers = range.split_once("..").and_then(|(from, to)| {
+            let numbers: [f32; 3] = [from.parse().ok()?, to.parse().ok()?, step.parse().ok()?];
+            Some(numbers)
+        });
+        match numbers {
+            Some([from, to, step]) if from <= to && step > 0.0 && to - from <= step * MAX_FRAMES => {
+                Ok(Self::Range([from, to], step))
+            }
+            _ => Err(expected()),
+        }
+    }
+
+    /// The times, in order.
+    fn seconds(self) -> Vec<f32> {
+        match self {
+            Self::At(seconds) => vec![seconds],
+            Self::Range([from, to], step) => {
+                // Rounding should not lose the last.
+                let count = ((to - from) / step + 1e-3).floor() as u32;
+                (0..=count).map(|frame| from + step * frame as f32).collect()
+            }
+        }
+    }
+}
+
+/// The moments that a command shows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MomentChoice {
+    /// Times; without any, a chosen clip is shown at its first key.
+    pub times: Option<Times>,
+    /// Name or number of the clip; the first one if none is named.
+    pub clip: Option<String>,
+}
+
+impl MomentChoice {
+    /// The seconds between frames, where there are several.
+    pub(super) fn step(&self) -> Option<f32> {
+        match self.times {
+            Some(Times::Range(_, step)) => Some(step),
+            _ => None,
+        }
+    }
+
+    /// The moments of `scene`; none where neither time nor clip is chosen.
+    pub(super) fn of(&self, scene: &Scene) -> Result<Vec<Moment>, Failure> {
+        if *self == Self::default() {
+            return Ok(Vec::new());
+        }
+        let flag = if self.times.is_some() { "--time" } else { "--clip" };
+        let Some(motion) = &scene.motion else {
+            return Err(Failure::Failed(format!(
+                "{}: the model has no clips of animation, so that it does not move: leave {flag} out",
+                scene.source
+            )));
+        };
+        let clip = match &self.clip {
+            None => 0,
+            Some(name) => motion.find(name).ok_or_else(|| {
+                let names =
+                    motion.clips.iter().enumerate().map(|(number, clip)| format!("{number} {}", quoted(&clip.name)));
+                let mut names: Vec<String> = names.take(LISTED).collect();
+                if motion.clips.len() > LISTED {
+                    names.push(counted((motion.clips.len() - LISTED) as u64, "others"));
+                }
+                Failure::Failed(format!("--clip {name}: the model has no such clip; there are {}", names.join(", ")))
+            })?,
+        };
+        let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], Times::seconds);
+        Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_have_both_ends_and_a_step() {
+        let seconds = |text: &str| Times::parse_range(text).map(Times::seconds);
+        assert_eq!(seconds("0..1:0.25"), Ok(vec![0.0, 0.25, 0.5, 0.75, 1.0]));
+        assert_eq!(seconds("0.5..1.2:0.5"), Ok(vec![0.5, 1.0]));
+        assert_eq!(seconds("3..3:1"), Ok(vec![3.0]));
+        assert_eq!(seconds("0..1").map(|times| times.len()), Ok(26));
+        assert_eq!(seconds("0..2:0.1").map(|times| times.len()), Ok(21));
+        for wrong in ["", "1", "2..1:1", "0..1:0", "0..1:-1", "0..nan:1", "0..inf:1", "0..1:1e-9", "a..b:1", "0..1:"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Models that move: moments and films by `render`, and the clips that `info` lists.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// Exit code, rows and stderr of `bvhscope` with `args` in `folder`.
+fn run(folder: &Path, args: &[&str]) -> (i32, Vec<Value>, String) {
+    let output = Command::cargo_bin("bvhscope").unwrap().current_dir(folder).args(args).output().unwrap();
+    let rows = String::from_utf8(output.stdout).unwrap();
+    let rows = rows.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    (output.status.code().unwrap(), rows, String::from_utf8(output.stderr).unwrap())
+}
+
+const COMMON: [&str; 7] = ["render", "builtin:walker:2000", "--size", "64x48", "--samples", "1", "--json"];
+
+#[test]
+fn a_moment_is_shown_and_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let (code, rows, error) = run(folder.path(), &[&COMMON[..], args].concat());
+        assert_eq!((code, rows.len()), (0, 1), "{args:?}: {error}");
+        rows[0].clone()
+    };
+    let still = run(&["-o", "still.png"]);
+    assert!(still.get("time_s").is_none() && still.get("clip").is_none());
+    let walk = run(&["-o", "walk.png", "--time", "0.25"]);
+    assert_eq!((&walk["time_s"], &walk["clip"]), (&0.25.into(), &"walk".into()));
+    let jump = run(&["-o", "jump.png", "--time", "0.25", "--clip", "jump"]);
+    assert_eq!(jump["clip"], "jump");
+    assert_eq!(run(&["-o", "first.png", "--clip", "1"])["time_s"], 0.0);
+    let costs = [&still, &walk, &jump].map(|row| row["sah_cost"].clone());
+    assert!(costs[0] != costs[1] && costs[1] != costs[2] && costs[0] != costs[2], "{costs:?}");
+    let pictures = ["still.png", "walk.png", "jump.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    // The command line of a row makes it again.
+    let again: Vec<&str> = walk["command_line"].as_str().unwrap().split(' ').skip(1).collect();
+    let (code, rows, error) = super::moments::run(folder.path(), &again);
+    assert_eq!((code, rows[0]["sah_cost"].clone()), (0, costs[1].clone()), "{error}");
+}
+
+#[test]
+fn a_film_has_a_picture_for_each_moment() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, rows, error) =
+        run(folder.path(), &[&COMMON[..], &["--frames", "0..0.5:0.25", "-o", "film.gif"]].concat());
+    assert_eq!(code, 0, "{error}");
+    assert!(error.contains("wrote film.gif: 3 frames of 64×48 pixels"), "{error}");
+    let times: Vec<&Value> = rows.iter().map(|row| &row["time_s"]).collect();
+    assert_eq!(times, [&Value::from(0.0), &0.25.into(), &0.5.into()]);
+    let file = std::fs::File::open(folder.path().join("film.gif")).unwrap();
+    let mut decoder = gif::DecodeOptions::new().read_info(file).unwrap();
+    let mut delays = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays, [25; 3]);
+    let (code, _, error) = run(folder.path(), &[&COMMON[..], &["--frames", "0..0.5:0.25", "-o", "frames"]].concat());
+    assert_eq!(code, 0, "{error}");
+    let pictures: Vec<Vec<u8>> = (1..=3)
+        .map(|number| std::fs::read(folder.path().join(format!("frames/frame-{number:04}.png"))).unwrap())
+        .collect();
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    assert_eq!(std::fs::read_dir(folder.path().join("frames")).unwrap().count(), 3);
+}
+
+#[test]
+fn clips_are_listed_and_wrong_ones_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, rows, _) = run(folder.path(), &["info", "builtin:walker:500", "--json"]);
+    assert_eq!(rows[0]["clips"][1]["name"], "jump");
+    assert_eq!(rows[0]["clips"][1]["end"], 1.5);
+    let output = Command::cargo_bin("bvhscope").unwrap().args(["info", "builtin:walker:500"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("0 walk 0.000 to 1.000 s, 1 jump 0.000 to 1.500 s"), "{text}");
+    for (args, code, message) in [
+        (&["builtin:walker:500", "--clip", "swim"][..], 1, "there are 0 'walk', 1 'jump'"),
+        (&["builtin:cornell", "--time", "1"], 1, "so that it does not move: leave --time out"),
+        (&["builtin:walker:500", "--time", "nan"], 2, "a time in seconds is expected"),
+        (&["builtin:walker:500", "--frames", "0..1:0.5"], 2, "the film must end in .gif, or be a folder"),
+        (&["builtin:walker:500", "--frames", "0..1", "--time", "1"], 2, "cannot be used with"),
+    ] {
+        let (found, _, error) = run(folder.path(), &[&["render", "-o", "a.png"], args].concat());
+        assert_eq!(found, code, "{args:?}: {error}");
+        assert!(error.contains(message), "{args:?}: {error}");
+    }
+}
