@@ -16,8 +16,7 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal, closest_hit};
-use bvhscope_engine::with_tree;
+use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
 
 const TILE: u32 = 8;
 const ROUNDS: usize = 10;
@@ -74,9 +73,7 @@ fn measure(accel: &Accel, frame: &CameraFrame, size: u32, traversal: Traversal) 
     let mut times: Vec<f64> = (0..ROUNDS)
         .map(|_| {
             let (time, _) = timed(|| {
-                with_tree!(&accel.tree, tree => trace(accel, frame, size, |accel, ray| {
-                    closest_hit(tree, accel.leaf_triangles(), ray, traversal, &mut NoProbe).is_some()
-                }))
+                trace(accel, frame, size, |accel, ray| accel.closest_hit_with(ray, traversal, &mut NoProbe).is_some())
             });
             time.as_secs_f64()
         })

@@ -15,7 +15,6 @@ use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::traverse;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
@@ -339,12 +338,12 @@ impl Accel {
 
     /// The same hit through the tree as it is, in the order of `traversal` and observed by `probe`.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        with_tree!(&self.tree, tree => traverse::closest_hit(tree, self.leaf_triangles(), ray, traversal, probe))
+        self.tree.closest_hit(self.leaf_triangles(), ray, traversal, probe)
     }
 
     /// Whether anything lies on `ray`, through the tree as it is and observed by `probe`.
     pub fn any_hit_with<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
-        with_tree!(&self.tree, tree => traverse::any_hit_with(tree, self.leaf_triangles(), ray, probe))
+        self.tree.any_hit(self.leaf_triangles(), ray, probe)
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.

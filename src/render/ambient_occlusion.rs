@@ -6,7 +6,6 @@ use super::sampling::{SampleId, cosine_direction};
 use super::surface::Orientation;
 use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::tree::Container;
 
 /// Length of occlusion rays as a fraction of the scene's diagonal.
 pub(super) const RADIUS: f32 = 0.25;
@@ -16,8 +15,8 @@ pub(super) const RAYS: u32 = 4;
 
 /// Occlusion rays of length `radius` from a surface point. The directions continue the pixel's low-discrepancy sequence from
 /// sample to sample, so that accumulated samples cover the hemisphere evenly.
-pub(super) fn around<C: Container>(
-    context: &TraceContext<C>,
+pub(super) fn around(
+    context: &TraceContext,
     position: Vec3,
     orientation: &Orientation,
     radius: f32,

@@ -8,7 +8,6 @@ use super::shade::{Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::with_tree;
 
@@ -51,12 +50,12 @@ impl Clusters {
     }
 }
 
-impl<C: Container> Shade<C> for Clusters {
+impl Shade for Clusters {
     type Point = ();
 
     fn hit(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: &Hit,
         _point: &(),

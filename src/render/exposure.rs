@@ -16,7 +16,6 @@ use super::trace_context::TraceContext;
 use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::Container;
 
 /// Columns and rows of the grid of metered points.
 const GRID: [u32; 2] = [24, 16];
@@ -57,8 +56,8 @@ impl Sums {
 }
 
 /// Meters the light at the surfaces in view, as a photographer's meter of incident light does: their colours hardly matter.
-pub(super) fn meter<C: Container>(
-    context: &TraceContext<C>,
+pub(super) fn meter(
+    context: &TraceContext,
     lit: &Lit,
     request: &RenderRequest,
     token: &CancelToken,
@@ -104,7 +103,7 @@ struct MeterPoint {
 }
 
 /// Sums over a row of the grid.
-fn meter_row<C: Container>(context: &TraceContext<C>, lit: &Lit, request: &RenderRequest, row: u32) -> Sums {
+fn meter_row(context: &TraceContext, lit: &Lit, request: &RenderRequest, row: u32) -> Sums {
     let at = |index: u32, count: u32, size: u32| (index as f32 + 0.5) / count as f32 * size.max(1) as f32;
     let y = at(row, GRID[1], request.height_px);
     let rays: Vec<Ray> =

@@ -9,7 +9,6 @@ use super::surface::Orientation;
 use super::trace_context::TraceContext;
 use crate::vectors::length;
 use bvhscope_engine::geometry::{Aabb, Ray};
-use bvhscope_engine::tree::Container;
 
 /// Distances from the model's centre, in diagonals of its bounding box, between which its shadow fades out.
 const FADE: [f32; 2] = [2.0, 3.0];
@@ -46,9 +45,9 @@ impl Ground {
 
     /// Appends the shadow rays of a ray that hit nothing: one to the key light, if that can be blocked, then in samples after the first some
     /// into the sky.
-    pub(super) fn shadow_rays<C: Container>(
+    pub(super) fn shadow_rays(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         lights: &Lights,
         ray: &Ray,
         id: SampleId,

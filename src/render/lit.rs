@@ -12,7 +12,6 @@ use super::shade::{Shade, Shaded};
 use super::surface::{self, Orientation};
 use super::trace_context::{TraceContext, chance};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Distance, as a fraction of the scene's diagonal, within which a surface shades another by contact.
@@ -111,9 +110,9 @@ impl Lit {
 
     /// The light that a ray into the hemisphere of a surface meets, as if from everywhere; it is to go through [`bounced_light`].
     /// `None` if the ray hits nothing and so meets the sky. The shadow ray of its sun is appended to `rays`.
-    pub(super) fn bounce<C: Container>(
+    pub(super) fn bounce(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: Option<Hit>,
         rays: &mut Vec<Ray>,
@@ -145,8 +144,8 @@ impl Lit {
 
 /// The key light at a surface with this mapped `normal`, and the shadow ray towards it: `None` if nothing blocks that light, or the
 /// surface or its mapped normal faces away from it.
-pub(super) fn key_light<C: Container>(
-    context: &TraceContext<C>,
+pub(super) fn key_light(
+    context: &TraceContext,
     lights: &Lights,
     orientation: &Orientation,
     (normal, view): (Vec3, Vec3),
@@ -163,8 +162,8 @@ pub(super) fn key_light<C: Container>(
 }
 
 /// The rays of a surface into its hemisphere, in samples after the first.
-pub(super) fn sky_rays<C: Container>(
-    context: &TraceContext<C>,
+pub(super) fn sky_rays(
+    context: &TraceContext,
     position: Vec3,
     orientation: &Orientation,
     id: SampleId,
@@ -172,11 +171,11 @@ pub(super) fn sky_rays<C: Container>(
     around(context, position, orientation, f32::INFINITY, BOUNCES as u32, id)
 }
 
-impl<C: Container> Shade<C> for Lit {
+impl Shade for Lit {
     type Point = LitPoint;
 
     /// In samples after the first, a ray to what blocks the sky.
-    fn prepare(&self, context: &TraceContext<C>, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) -> LitPoint {
+    fn prepare(&self, context: &TraceContext, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) -> LitPoint {
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
@@ -210,7 +209,7 @@ impl<C: Container> Shade<C> for Lit {
     /// The shadow ray to the key light, then that of each surface that blocks the sky.
     fn occlusion_rays(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         _ray: &Ray,
         _hit: &Hit,
         point: &mut LitPoint,
@@ -225,7 +224,7 @@ impl<C: Container> Shade<C> for Lit {
 
     fn hit(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         ray: &Ray,
         _hit: &Hit,
         point: &LitPoint,
@@ -250,7 +249,7 @@ impl<C: Container> Shade<C> for Lit {
         Shaded::radiance(radiance + point.emitted)
     }
 
-    fn occlusion_rays_of_miss(&self, context: &TraceContext<C>, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
+    fn occlusion_rays_of_miss(&self, context: &TraceContext, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
         if let Some(ground) = &self.ground {
             ground.shadow_rays(context, &self.lights, ray, id, rays);
         }
@@ -258,7 +257,7 @@ impl<C: Container> Shade<C> for Lit {
 
     fn miss(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         background: Vec3,
         _tests: TestCounts,

@@ -3,17 +3,15 @@
 use std::time::{Duration, Instant};
 
 use arrayvec::ArrayVec;
-use fearless_simd::dispatch;
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{PreparedRay, Ray};
-use bvhscope_engine::tree::Container;
-use bvhscope_engine::tree::Tree;
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, closest_hit_with, new_stack};
+use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::tree::Node;
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, new_stack};
 use bvhscope_engine::with_tree;
 
 /// Test counts of the primary rays through all pixel centres.
@@ -58,36 +56,16 @@ pub struct PrimaryTrace {
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let (rays, hits, tests) = with_tree!(&request.accel.tree, tree =>
-        trace::<_, TestCounts>(tree, request, request.settings.traversal, token)?);
+    let (rays, hits, counts) = trace::<TestCounts>(request, request.settings.traversal, token)?;
     let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
     Ok(TestSummary {
         rays,
         hits,
-        container_tests_per_ray: per_ray(tests.iter().map(|counts| counts.containers).sum()),
-        primitive_tests_per_ray: per_ray(tests.iter().map(|counts| counts.primitives).sum()),
-        entering: with_tree!(&request.accel.tree, tree => entering(tree, request, token)?),
+        container_tests_per_ray: per_ray(counts.iter().map(|(tests, _)| tests.containers).sum()),
+        primitive_tests_per_ray: per_ray(counts.iter().map(|(tests, _)| tests.primitives).sum()),
+        entering: counts.iter().map(|(_, entering)| entering).sum(),
         trace_time: start.elapsed(),
     })
-}
-
-/// Number of primary rays that enter the root. One that is a leaf is not tested, and all rays count as entering it.
-fn entering<C: Container>(tree: &Tree<C>, request: &RenderRequest, token: &CancelToken) -> Result<u64, Cancelled> {
-    let grid = Grid::new(request);
-    let camera = request.camera.for_size(request.width_px, request.height_px);
-    let Some(root) = tree.nodes.first() else { return Ok(0) };
-    let in_tile = |tile: u32| {
-        token.check()?;
-        let mut count = 0;
-        grid.for_each_pixel(tile, |x, y, _| {
-            let point = grid.point(x, y, Vec2::splat(0.5));
-            let ray = PreparedRay::new(camera.ray(point.x, point.y));
-            let enters = root.is_leaf() || root.container.entry(&ray, ray.ray.t_min, ray.ray.t_max).is_some();
-            count += u64::from(enters);
-        });
-        Ok::<_, Cancelled>(count)
-    };
-    (0..grid.tile_count).into_par_iter().map(in_tile).try_reduce(|| 0, |a, b| Ok(a + b))
 }
 
 /// Traces the primary rays through the binary tree without shading, in the calling thread's rayon pool.
@@ -98,8 +76,7 @@ pub fn trace_primary(
 ) -> Result<PrimaryTrace, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let (rays, hits, _) =
-        with_tree!(&request.accel.tree, tree => trace::<_, NoProbe>(tree, request, traversal, token)?);
+    let (rays, hits, _) = trace::<NoProbe>(request, traversal, token)?;
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
 
@@ -132,43 +109,59 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
 }
 
-/// Number of rays, number of hits, and the probe of each tile.
-fn trace<C: Container, P: Probe + Default + Send>(
-    tree: &Tree<C>,
+/// A probe that knows whether the last ray entered the root.
+trait Entering: Probe + Copy + Default + Send {
+    /// Whether a ray did whose tests are those since `before`: it is tested against the root's children, too.
+    fn has_entered(&self, before: &Self) -> bool;
+}
+
+impl Entering for NoProbe {
+    fn has_entered(&self, _: &Self) -> bool {
+        false
+    }
+}
+
+impl Entering for TestCounts {
+    fn has_entered(&self, before: &Self) -> bool {
+        self.containers - before.containers > 1
+    }
+}
+
+/// Number of rays, number of hits, and for each tile the probe and the number of rays that entered the root.
+fn trace<P: Entering>(
     request: &RenderRequest,
     traversal: Traversal,
     token: &CancelToken,
-) -> Result<(u64, u64, Vec<P>), Cancelled> {
+) -> Result<(u64, u64, Vec<(P, u64)>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
+    let tree = &request.accel.tree;
     let triangles = request.accel.compute_leaf_triangles(token)?;
     let level = request.settings.simd.plain_loop_level();
+    let root_is_leaf = with_tree!(tree, tree => tree.nodes.first().is_some_and(Node::is_leaf));
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;
-        let mut stack = new_stack(tree.max_depth);
-        let (mut hits, mut probe) = (0, P::default());
-        dispatch!(level, simd => grid.for_each_pixel(
-            tile,
-            #[inline(always)]
-            |x, y, _| {
-                let point = grid.point(x, y, Vec2::splat(0.5));
-                let hit = request.first_visible(
-                    camera.ray(point.x, point.y),
-                    #[inline(always)]
-                    |ray| closest_hit_with(simd, tree, triangles, ray, traversal, &mut stack, &mut probe),
-                );
-                hits += u64::from(hit.is_some());
-            },
-        ));
-        Ok((hits, probe))
+        let mut stack = new_stack(tree.max_depth());
+        let (mut hits, mut entering, mut probe) = (0, 0, P::default());
+        grid.for_each_pixel(tile, |x, y, _| {
+            let point = grid.point(x, y, Vec2::splat(0.5));
+            let before = probe;
+            let hit = request.first_visible(camera.ray(point.x, point.y), |ray| {
+                tree.closest_hit_with(level, triangles, ray, traversal, &mut stack, &mut probe)
+            });
+            hits += u64::from(hit.is_some());
+            // A root that is a leaf is not tested: all rays count as entering it.
+            entering += u64::from(root_is_leaf || probe.has_entered(&before));
+        });
+        Ok((hits, (probe, entering)))
     };
     let fork = token.fork();
-    let tiles: Vec<(u64, P)> = (0..grid.tile_count)
+    let tiles: Vec<(u64, (P, u64))> = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| fork.task(|token| trace_tile(tile, token)))
         .collect::<Result<_, Cancelled>>()?;
     fork.join();
     let hits = tiles.iter().map(|(hits, _)| hits).sum();
     let rays = u64::from(grid.width) * u64::from(grid.height);
-    Ok((rays, hits, tiles.into_iter().map(|(_, probe)| probe).collect()))
+    Ok((rays, hits, tiles.into_iter().map(|(_, counts)| counts).collect()))
 }

@@ -8,7 +8,6 @@ use super::settings::HeatKind;
 use super::trace_context::TraceContext;
 use super::{srgb, surface};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
 /// The contribution of a sample to its pixel.
@@ -51,7 +50,7 @@ pub(super) enum Counting {
 }
 
 /// A shading mode.
-pub(super) trait Shade<C: Container>: Sync {
+pub(super) trait Shade: Sync {
     /// True if the mode counts tests while tracing primary rays.
     const COUNTS: bool = false;
 
@@ -66,7 +65,7 @@ pub(super) trait Shade<C: Container>: Sync {
     /// Works out what the other methods need, and appends to `rays` those whose closest hits [`Shade::occlusion_rays`] needs.
     fn prepare(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _hit: &Hit,
         _id: SampleId,
@@ -78,7 +77,7 @@ pub(super) trait Shade<C: Container>: Sync {
     /// Appends the occlusion rays of a hit to `rays`. `bounces` are the rays of [`Shade::prepare`], and their closest hits.
     fn occlusion_rays(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _hit: &Hit,
         _point: &mut Self::Point,
@@ -90,7 +89,7 @@ pub(super) trait Shade<C: Container>: Sync {
     /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::occlusion_rays`].
     fn hit(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: &Hit,
         point: &Self::Point,
@@ -99,13 +98,13 @@ pub(super) trait Shade<C: Container>: Sync {
     ) -> Shaded;
 
     /// Appends the occlusion rays that [`Shade::miss`] needs to `rays`.
-    fn occlusion_rays_of_miss(&self, _context: &TraceContext<C>, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
+    fn occlusion_rays_of_miss(&self, _context: &TraceContext, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
 
     /// The sample of a ray that hit nothing; `background` is the linear background colour. `blocked` has one element per ray of
     /// [`Shade::occlusion_rays_of_miss`].
     fn miss(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         background: Vec3,
         _tests: TestCounts,
@@ -118,12 +117,12 @@ pub(super) trait Shade<C: Container>: Sync {
 /// The surface normal in world space as a colour: x, y, z from -1..1 to red, green, blue.
 pub(super) struct Normals;
 
-impl<C: Container> Shade<C> for Normals {
+impl Shade for Normals {
     type Point = ();
 
     fn hit(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: &Hit,
         _point: &(),
@@ -139,12 +138,12 @@ impl<C: Container> Shade<C> for Normals {
 /// View depth as a value.
 pub(super) struct Depth;
 
-impl<C: Container> Shade<C> for Depth {
+impl Shade for Depth {
     type Point = ();
 
     fn hit(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: &Hit,
         _point: &(),
@@ -156,7 +155,7 @@ impl<C: Container> Shade<C> for Depth {
 
     fn miss(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _background: Vec3,
         _tests: TestCounts,
@@ -169,23 +168,16 @@ impl<C: Container> Shade<C> for Depth {
 /// Ambient occlusion as a grey.
 pub(super) struct AmbientOcclusion;
 
-impl<C: Container> Shade<C> for AmbientOcclusion {
+impl Shade for AmbientOcclusion {
     type Point = SampleId;
 
-    fn prepare(
-        &self,
-        _context: &TraceContext<C>,
-        _ray: &Ray,
-        _hit: &Hit,
-        id: SampleId,
-        _rays: &mut Vec<Ray>,
-    ) -> SampleId {
+    fn prepare(&self, _context: &TraceContext, _ray: &Ray, _hit: &Hit, id: SampleId, _rays: &mut Vec<Ray>) -> SampleId {
         id
     }
 
     fn occlusion_rays(
         &self,
-        context: &TraceContext<C>,
+        context: &TraceContext,
         ray: &Ray,
         hit: &Hit,
         id: &mut SampleId,
@@ -200,7 +192,7 @@ impl<C: Container> Shade<C> for AmbientOcclusion {
 
     fn hit(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _hit: &Hit,
         _point: &SampleId,
@@ -227,7 +219,7 @@ impl Heat {
     }
 }
 
-impl<C: Container> Shade<C> for Heat {
+impl Shade for Heat {
     type Point = ();
 
     const COUNTS: bool = true;
@@ -242,7 +234,7 @@ impl<C: Container> Shade<C> for Heat {
 
     fn hit(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _hit: &Hit,
         _point: &(),
@@ -254,7 +246,7 @@ impl<C: Container> Shade<C> for Heat {
 
     fn miss(
         &self,
-        _context: &TraceContext<C>,
+        _context: &TraceContext,
         _ray: &Ray,
         _background: Vec3,
         tests: TestCounts,

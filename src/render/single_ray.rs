@@ -15,8 +15,6 @@ use super::surface;
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::{Container, Tree};
-use bvhscope_engine::with_tree;
 
 /// Purpose of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -116,16 +114,6 @@ pub fn single_ray(
     kind: RayKind,
     token: &CancelToken,
 ) -> Result<Result<Ray, NoRay>, Cancelled> {
-    with_tree!(&request.accel.tree, tree => of_tree(request, tree, start, kind, token))
-}
-
-fn of_tree<C: Container>(
-    request: &RenderRequest,
-    tree: &Tree<C>,
-    start: RayStart,
-    kind: RayKind,
-    token: &CancelToken,
-) -> Result<Result<Ray, NoRay>, Cancelled> {
     let pixel = if let RayStart::Pixel(pixel) = start { pixel } else { [0; 2] };
     let id = SampleId { x: pixel[0], y: pixel[1], sample: kind.sample() };
     let first = match start {
@@ -140,7 +128,7 @@ fn of_tree<C: Container>(
     }
     request.accel.widen(token)?;
     let normals = surface::Normals::new(&request.settings, &request.accel.scene, token)?;
-    let context = TraceContext::new(request, tree, normals);
+    let context = TraceContext::new(request, normals);
     let Some(hit) = closest(&context, &first) else { return Ok(Err(NoRay::Background)) };
     Ok(leaving(&context, request, (&first, hit), kind, id))
 }
@@ -152,19 +140,17 @@ pub fn rays_of_picture(request: &RenderRequest, kind: RayKind, token: &CancelTok
     if kind != RayKind::Primary {
         request.accel.widen(token)?;
     }
-    with_tree!(&request.accel.tree, tree => {
-        let normals = surface::Normals::new(&request.settings, &request.accel.scene, token)?;
-        let context = TraceContext::new(request, tree, normals);
-        let rows = (0..request.height_px).into_par_iter().map(|y| {
-            token.check()?;
-            Ok(row_of_rays(&context, request, kind, y))
-        });
-        Ok(rows.collect::<Result<Vec<_>, Cancelled>>()?.concat())
-    })
+    let normals = surface::Normals::new(&request.settings, &request.accel.scene, token)?;
+    let context = TraceContext::new(request, normals);
+    let rows = (0..request.height_px).into_par_iter().map(|y| {
+        token.check()?;
+        Ok(row_of_rays(&context, request, kind, y))
+    });
+    Ok(rows.collect::<Result<Vec<_>, Cancelled>>()?.concat())
 }
 
 /// The rays of one row of pixels.
-fn row_of_rays<C: Container>(context: &TraceContext<C>, request: &RenderRequest, kind: RayKind, y: u32) -> Vec<Ray> {
+fn row_of_rays(context: &TraceContext, request: &RenderRequest, kind: RayKind, y: u32) -> Vec<Ray> {
     let id = |x: u32| SampleId { x, y, sample: kind.sample() };
     let first: Vec<Ray> = (0..request.width_px).map(|x| through_pixel(context, id(x))).collect();
     let rays = if kind == RayKind::Primary {
@@ -181,21 +167,21 @@ fn row_of_rays<C: Container>(context: &TraceContext<C>, request: &RenderRequest,
 }
 
 /// The primary ray of a sample.
-fn through_pixel<C: Container>(context: &TraceContext<C>, id: SampleId) -> Ray {
+fn through_pixel(context: &TraceContext, id: SampleId) -> Ray {
     let at = Vec2::new(id.x as f32, id.y as f32) + subpixel(id.sample);
     context.camera.ray(at.x, at.y)
 }
 
 /// The closest hit as pictures find it.
-fn closest<C: Container>(context: &TraceContext<C>, ray: &Ray) -> Option<Hit> {
+fn closest(context: &TraceContext, ray: &Ray) -> Option<Hit> {
     let mut hits = [None];
     context.closest_hits(std::slice::from_ref(ray), &mut hits);
     hits[0]
 }
 
 /// The ray that leaves the surface which a primary ray hits.
-fn leaving<C: Container>(
-    context: &TraceContext<C>,
+fn leaving(
+    context: &TraceContext,
     request: &RenderRequest,
     (first, hit): (&Ray, Hit),
     kind: RayKind,
@@ -251,7 +237,7 @@ mod tests {
     }
 
     /// The rays that a shading mode traces for a sample of a pixel: those whose closest hits it needs, and occlusion rays.
-    fn rays_of<C: Container, S: Shade<C>>(context: &TraceContext<C>, shade: &S, id: SampleId) -> [Vec<Ray>; 2] {
+    fn rays_of<S: Shade>(context: &TraceContext, shade: &S, id: SampleId) -> [Vec<Ray>; 2] {
         let at = Vec2::new(id.x as f32, id.y as f32) + subpixel(id.sample);
         let ray = context.camera.ray(at.x, at.y);
         let (mut bounces, mut occlusion) = (Vec::new(), Vec::new());
@@ -266,24 +252,22 @@ mod tests {
     fn secondary_rays_are_those_of_the_picture() {
         let (request, token) = (request(Light::Sun), CancelToken::new());
         let mut found = [0; 3];
-        with_tree!(&request.accel.tree, tree => {
-            let normals = surface::Normals::new(&request.settings, &request.accel.scene, &token).unwrap();
-            let context = TraceContext::new(&request, tree, normals);
-            let lit = Lit::new(Lights::of_scene(request.settings.light, &request.accel.scene));
-            for [x, y] in (0..request.height_px).flat_map(|y| (0..request.width_px).map(move |x| [x, y])) {
-                let [first, second] = [0, 1].map(|sample| SampleId { x, y, sample });
-                let [_, shadow] = rays_of(&context, &lit, first);
-                let [_, occlusion] = rays_of(&context, &AmbientOcclusion, first);
-                let [bounce, _] = rays_of(&context, &lit, second);
-                let of_kinds =
-                    [(RayKind::Shadow, shadow), (RayKind::AmbientOcclusion, occlusion), (RayKind::Bounce, bounce)];
-                for ((kind, traced), found) in of_kinds.into_iter().zip(&mut found) {
-                    let ray = single_ray(&request, RayStart::Pixel([x, y]), kind, &token).unwrap();
-                    assert_eq!(ray.ok(), traced.first().copied(), "{kind:?} of {x}, {y}");
-                    *found += usize::from(!traced.is_empty());
-                }
+        let normals = surface::Normals::new(&request.settings, &request.accel.scene, &token).unwrap();
+        let context = TraceContext::new(&request, normals);
+        let lit = Lit::new(Lights::of_scene(request.settings.light, &request.accel.scene));
+        for [x, y] in (0..request.height_px).flat_map(|y| (0..request.width_px).map(move |x| [x, y])) {
+            let [first, second] = [0, 1].map(|sample| SampleId { x, y, sample });
+            let [_, shadow] = rays_of(&context, &lit, first);
+            let [_, occlusion] = rays_of(&context, &AmbientOcclusion, first);
+            let [bounce, _] = rays_of(&context, &lit, second);
+            let of_kinds =
+                [(RayKind::Shadow, shadow), (RayKind::AmbientOcclusion, occlusion), (RayKind::Bounce, bounce)];
+            for ((kind, traced), found) in of_kinds.into_iter().zip(&mut found) {
+                let ray = single_ray(&request, RayStart::Pixel([x, y]), kind, &token).unwrap();
+                assert_eq!(ray.ok(), traced.first().copied(), "{kind:?} of {x}, {y}");
+                *found += usize::from(!traced.is_empty());
             }
-        });
+        }
         assert!(found.iter().all(|&count| count > 10), "{found:?}");
     }
 

@@ -11,7 +11,6 @@ use super::sampling::{SampleId, subpixel};
 use super::shade::{Counting, Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::Container;
 use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Counters of a pass; integers, so that the order of summation does not matter.
@@ -42,8 +41,8 @@ impl PassCounts {
 }
 
 /// A pass of one sample a pixel.
-pub(super) struct Pass<'a, 's, C, S> {
-    pub(super) context: &'a TraceContext<'s, C>,
+pub(super) struct Pass<'a, 's, S> {
+    pub(super) context: &'a TraceContext<'s>,
     pub(super) shade: &'a S,
     pub(super) request: &'a RenderRequest,
     pub(super) grid: &'a Grid,
@@ -63,7 +62,7 @@ struct Traced<'r, P> {
     blocked: &'r [bool],
 }
 
-impl<C: Container, S: Shade<C>> Pass<'_, '_, C, S> {
+impl<S: Shade> Pass<'_, '_, S> {
     /// Adds the sample to each pixel of a tile.
     pub(super) fn trace_tile(&self, tile: u32, pixels: &mut Vec<Pixel>) -> PassCounts {
         if self.sample == 0 {

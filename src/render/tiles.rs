@@ -22,8 +22,6 @@ use super::surface;
 use super::tile::{Pass, PassCounts};
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::tree::Container;
-use bvhscope_engine::with_tree;
 
 /// The only error of [`render`]: it was cancelled.
 pub type RenderError = Cancelled;
@@ -71,36 +69,33 @@ fn trace(
     radiance: Option<&mut Vec<[f32; 3]>>,
 ) -> Result<Frame, RenderError> {
     let accel = &*request.accel;
-    with_tree!(&accel.tree, tree => {
-        // Coarse pictures do not wait for the wide tree, unless they show its steps.
-        if request.coarseness <= 1.0 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
-            accel.widen(token)?;
+    // Coarse pictures do not wait for the wide tree, unless they show its steps.
+    if request.coarseness <= 1.0 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
+        accel.widen(token)?;
+    }
+    let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
+    let context = TraceContext::new(request, normals);
+    // The shading mode is chosen here, outside of all loops.
+    let mut output = Output { request, metered: (Metered::NOTHING, true), deliver, radiance };
+    match request.settings.shading {
+        Shading::Lit => {
+            let mut lit = Lit::new(Lights::of_scene(request.settings.light, &accel.scene));
+            let metered = meter(&context, &lit, request, token)?;
+            let exposure = request.settings.exposure;
+            output.metered = adaptation.map_or((metered, true), |adaptation| adaptation.towards(metered, exposure));
+            lit.mean_openness = output.metered.0.openness;
+            lit.ground = request.settings.ground.then(|| Ground::new(&accel.scene.bounds, accel.scene.up));
+            passes(&context, &lit, output, token)
         }
-        let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
-        let context = TraceContext::new(request, tree, normals);
-        // The shading mode is chosen here, outside of all loops.
-        let mut output = Output { request, metered: (Metered::NOTHING, true), deliver, radiance };
-        match request.settings.shading {
-            Shading::Lit => {
-                let mut lit = Lit::new(Lights::of_scene(request.settings.light, &accel.scene));
-                let metered = meter(&context, &lit, request, token)?;
-                let exposure = request.settings.exposure;
-                output.metered =
-                    adaptation.map_or((metered, true), |adaptation| adaptation.towards(metered, exposure));
-                lit.mean_openness = output.metered.0.openness;
-                lit.ground = request.settings.ground.then(|| Ground::new(&accel.scene.bounds, accel.scene.up));
-                passes(&context, &lit, output, token)
-            }
-            Shading::Normals => passes(&context, &Normals, output, token),
-            Shading::Depth => passes(&context, &Depth, output, token),
-            Shading::AmbientOcclusion => passes(&context, &AmbientOcclusion, output, token),
-            Shading::Clusters => {
-                let clusters = Clusters::new(request, token)?;
-                passes(&context, &clusters, output, token)
-            }
-            Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),
+        Shading::Normals => passes(&context, &Normals, output, token),
+        Shading::Depth => passes(&context, &Depth, output, token),
+        Shading::AmbientOcclusion => passes(&context, &AmbientOcclusion, output, token),
+        Shading::Clusters => {
+            let clusters = Clusters::new(request, token)?;
+            passes(&context, &clusters, output, token)
         }
-    })
+        Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),
+    }
 }
 
 /// Use of the traced pixels.
@@ -114,8 +109,8 @@ struct Output<'a> {
 }
 
 /// Sample passes over all tiles.
-fn passes<C: Container, S: Shade<C>>(
-    context: &TraceContext<C>,
+fn passes<S: Shade>(
+    context: &TraceContext,
     shade: &S,
     output: Output<'_>,
     token: &CancelToken,
@@ -175,8 +170,8 @@ fn passes<C: Container, S: Shade<C>>(
 }
 
 /// Adds one sample to each pixel of all tiles.
-fn trace_pass<C: Container, S: Shade<C>>(
-    pass: &Pass<'_, '_, C, S>,
+fn trace_pass<S: Shade>(
+    pass: &Pass<'_, '_, S>,
     samples: u32,
     pixels: &mut [Vec<Pixel>],
     token: &CancelToken,

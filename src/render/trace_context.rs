@@ -12,8 +12,7 @@ use crate::scene::{Material, Scene};
 use crate::vectors::length;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::traverse::{IndexedTriangles, NoProbe, Probe, Traversal, any_hit, closest_hit};
-use bvhscope_engine::tree::{Container, Tree};
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, Traversal};
 use bvhscope_engine::wide::tree::AnyWideTree;
 
 use super::request::RenderRequest;
@@ -27,19 +26,12 @@ const MAX_HOLES: u32 = 32;
 /// of the light that falls on them straight and more at an angle.
 const THROUGH_GLASS: f32 = 0.88;
 
-/// The tree that uncounted rays are traced through. Both give the same hits.
-enum Tracer<'a> {
-    /// The wide tree.
-    Wide(&'a AnyWideTree),
-    /// The binary tree, for a first coarse picture that does not wait for the wide one.
-    Binary(IndexedTriangles<'a>),
-}
-
 /// Tree, scene, camera and rays for the shading modes.
-pub(super) struct TraceContext<'a, C> {
-    pub(super) tree: &'a Tree<C>,
+pub(super) struct TraceContext<'a> {
     accel: &'a Accel,
-    tracer: Tracer<'a>,
+    /// The wide tree, which uncounted rays are traced through. Without one the binary tree gives the same hits, for a first coarse
+    /// picture that does not wait for it.
+    wide: Option<&'a AnyWideTree>,
     level: Level,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
@@ -56,20 +48,15 @@ pub(super) struct TraceContext<'a, C> {
     pub(super) diagonal: f32,
 }
 
-impl<'a, C: Container> TraceContext<'a, C> {
+impl<'a> TraceContext<'a> {
     /// Traces through the wide tree if it has been made, see [`Accel::widen`], otherwise through the binary one.
-    pub(super) fn new(request: &'a RenderRequest, tree: &'a Tree<C>, normals: Normals) -> Self {
+    pub(super) fn new(request: &'a RenderRequest, normals: Normals) -> Self {
         let accel = &*request.accel;
         let camera = request.camera.for_size(request.width_px, request.height_px);
         let scene = &*accel.scene;
-        let tracer = match accel.known_wide() {
-            Some(wide) => Tracer::Wide(&wide.tree),
-            None => Tracer::Binary(IndexedTriangles { triangles: &scene.triangles, indices: &tree.primitive_indices }),
-        };
         Self {
-            tree,
             accel,
-            tracer,
+            wide: accel.known_wide().map(|wide| &wide.tree),
             level: request.settings.simd.level(),
             scene,
             normals,
@@ -117,14 +104,13 @@ impl<'a, C: Container> TraceContext<'a, C> {
 
     /// The closest hits of `rays` with cut-outs and hidden triangles as solid.
     fn closest_hits_or_gaps(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        match self.tracer {
-            Tracer::Wide(wide) => wide.closest_hits(self.level, rays, hits),
-            Tracer::Binary(triangles) => {
-                for (hit, ray) in hits.iter_mut().zip(rays) {
-                    *hit = closest_hit(self.tree, triangles, ray, Traversal::Ordered, &mut NoProbe);
-                }
+        let Some(wide) = self.wide else {
+            for (hit, ray) in hits.iter_mut().zip(rays) {
+                *hit = self.accel.tree.closest_hit_indexed(&self.scene.triangles, ray);
             }
-        }
+            return;
+        };
+        wide.closest_hits(self.level, rays, hits);
     }
 
     /// Replaces each of `hits` that is hidden or in a cut-out by the first behind it that is not.
@@ -189,7 +175,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
     /// traced again, and those tests count too.
     pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         let triangles = self.accel.leaf_triangles();
-        self.first_visible(ray, |ray| closest_hit(self.tree, triangles, ray, traversal, probe))
+        self.first_visible(ray, |ray| self.accel.tree.closest_hit(triangles, ray, traversal, probe))
     }
 
     /// The closest hit through the binary tree; cut-outs are solid. Adds to `entered` the containers that the whole ray enters, those
@@ -197,7 +183,7 @@ impl<'a, C: Container> TraceContext<'a, C> {
     pub(super) fn closest_of_whole_ray(&self, ray: &Ray, entered: &mut u64) -> Option<Hit> {
         let triangles = self.accel.leaf_triangles();
         // Nothing is culled in the paper's order, so that it visits whatever the ray enters.
-        let hit = closest_hit(self.tree, triangles, &self.cut(ray), Traversal::Paper, &mut Entered(entered))?;
+        let hit = self.accel.tree.closest_hit(triangles, &self.cut(ray), Traversal::Paper, &mut Entered(entered))?;
         if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
             return self.closest_solid(ray, Traversal::Ordered, &mut NoProbe);
         }
@@ -226,15 +212,13 @@ impl<'a, C: Container> TraceContext<'a, C> {
             }
         } else {
             let rays = &*self.cut_all(rays);
-            match self.tracer {
-                Tracer::Wide(wide) => wide.any_hits(self.level, rays, blocked),
-                Tracer::Binary(triangles) => {
-                    blocked
-                        .iter_mut()
-                        .zip(rays)
-                        .for_each(|(blocked, ray)| *blocked = any_hit(self.tree, triangles, ray));
+            let Some(wide) = self.wide else {
+                for (blocked, ray) in blocked.iter_mut().zip(rays) {
+                    *blocked = self.accel.tree.any_hit_indexed(&self.scene.triangles, ray);
                 }
-            }
+                return;
+            };
+            wide.any_hits(self.level, rays, blocked);
         }
     }
 

@@ -12,8 +12,10 @@ use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::container::Container;
 use crate::tree::node::Tree;
 
+mod any_tree;
 mod leaf_triangles;
 mod nearest;
+mod observer;
 mod probe;
 mod ray_event;
 mod ray_log;
@@ -21,6 +23,8 @@ mod walk;
 
 pub use leaf_triangles::{IndexedTriangles, LeafTriangles};
 pub(crate) use nearest::Nearest;
+#[doc(hidden)]
+pub use observer::Observer;
 pub use probe::{NoProbe, Probe, TestCounts};
 pub use ray_event::RayEvent;
 pub use ray_log::RayLog;

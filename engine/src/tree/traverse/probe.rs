@@ -1,5 +1,6 @@
 //! Observers of a traversal.
 
+use super::observer::Observer;
 use super::ray_event::RayEvent;
 
 /// Observer of the traversal of one ray: receives each test and, if it wants events, every step of the traversal. A probe
@@ -26,6 +27,16 @@ pub trait Probe {
     const EVENTS: bool = false;
     /// Whether it is to be told of anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
     const ACTIVE: bool = true;
+
+    /// This probe for the traversals that are compiled once for all probes, those of [`AnyTree`](crate::AnyTree) and
+    /// [`AnyWideTree`](crate::wide::AnyWideTree).
+    #[doc(hidden)]
+    fn observer(&mut self) -> Observer<'_>
+    where
+        Self: Sized,
+    {
+        Observer::pointed(self)
+    }
 
     /// Called for each container test. In a [`wide`](crate::wide) tree one test is that of all children of a node at once.
     fn container_test(&mut self);
@@ -86,6 +97,9 @@ pub struct NoProbe;
 impl Probe for NoProbe {
     const ACTIVE: bool = false;
 
+    fn observer(&mut self) -> Observer<'_> {
+        Observer::Nothing
+    }
     #[inline(always)]
     fn container_test(&mut self) {}
     #[inline(always)]
@@ -102,6 +116,9 @@ pub struct TestCounts {
 }
 
 impl Probe for TestCounts {
+    fn observer(&mut self) -> Observer<'_> {
+        Observer::Counts(self)
+    }
     #[inline(always)]
     fn container_test(&mut self) {
         self.containers += 1;

@@ -10,34 +10,59 @@ pub(crate) mod stream;
 use fearless_simd::{Level, dispatch};
 
 use crate::geometry::{Hit, Ray};
-use crate::tree::traverse::{NoProbe, Probe};
+use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::tree::AnyWideTree;
 use crate::with_wide_tree;
 
 impl AnyWideTree {
     /// The closest hit of a ray: exactly that of the binary tree.
-    #[inline]
+    // Not inlined, like all that follows: it is compiled once, here, instead of by each crate that traces.
     pub fn closest_hit(&self, level: Level, ray: &Ray) -> Option<Hit> {
-        self.closest_hit_with(level, ray, &mut NoProbe)
+        self.closest_hit_probed(level, ray, &mut NoProbe)
     }
 
     /// [`AnyWideTree::closest_hit`] with a `probe`, for which the test of a node's children is one container test and that of a
     /// block one primitive test.
-    #[inline]
     pub fn closest_hit_with<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> Option<Hit> {
+        self.closest_hit_observed(level, ray, probe.observer())
+    }
+
+    fn closest_hit_observed(&self, level: Level, ray: &Ray, observer: Observer<'_>) -> Option<Hit> {
+        match observer {
+            Observer::Nothing => self.closest_hit(level, ray),
+            Observer::Counts(counts) => self.closest_hit_probed(level, ray, counts),
+            Observer::Tests(mut probe) => self.closest_hit_probed(level, ray, &mut probe),
+            Observer::Events(mut probe) => self.closest_hit_probed(level, ray, &mut probe),
+        }
+    }
+
+    #[inline(always)]
+    fn closest_hit_probed<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> Option<Hit> {
         with_wide_tree!(self, tree => dispatch!(level, simd => single::closest_hit(simd, tree, ray, probe)))
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
-    #[inline]
     pub fn any_hit(&self, level: Level, ray: &Ray) -> bool {
-        self.any_hit_with(level, ray, &mut NoProbe)
+        self.any_hit_probed(level, ray, &mut NoProbe)
     }
 
     /// [`AnyWideTree::any_hit`] with a `probe`, for which the test of a node's children is one container test and that of a
     /// block one primitive test.
-    #[inline]
     pub fn any_hit_with<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> bool {
+        self.any_hit_observed(level, ray, probe.observer())
+    }
+
+    fn any_hit_observed(&self, level: Level, ray: &Ray, observer: Observer<'_>) -> bool {
+        match observer {
+            Observer::Nothing => self.any_hit(level, ray),
+            Observer::Counts(counts) => self.any_hit_probed(level, ray, counts),
+            Observer::Tests(mut probe) => self.any_hit_probed(level, ray, &mut probe),
+            Observer::Events(mut probe) => self.any_hit_probed(level, ray, &mut probe),
+        }
+    }
+
+    #[inline(always)]
+    fn any_hit_probed<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> bool {
         with_wide_tree!(self, tree => dispatch!(level, simd => single::any_hit(simd, tree, ray, probe)))
     }
 
