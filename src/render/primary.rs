@@ -56,7 +56,8 @@ pub struct PrimaryTrace {
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let (rays, hits, counts) = trace::<TestCounts>(request, request.settings.traversal, token)?;
+    let (hits, counts) = trace::<TestCounts>(request, request.settings.traversal, token)?;
+    let rays = Grid::new(request).ray_count();
     let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
     Ok(TestSummary {
         rays,
@@ -76,8 +77,8 @@ pub fn trace_primary(
 ) -> Result<PrimaryTrace, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let (rays, hits, _) = trace::<NoProbe>(request, traversal, token)?;
-    Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
+    let (hits, _) = trace::<NoProbe>(request, traversal, token)?;
+    Ok(PrimaryTrace { rays: Grid::new(request).ray_count(), hits, trace_time: start.elapsed() })
 }
 
 /// Traces the primary rays in packets through the wide tree, as pictures do, without shading, in the calling thread's rayon
@@ -105,8 +106,7 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
         .map(|tile| fork.task(|token| trace_tile(tile, token)))
         .try_reduce(|| 0, |a, b| Ok(a + b))?;
     fork.join();
-    let rays = u64::from(grid.width) * u64::from(grid.height);
-    Ok(PrimaryTrace { rays, hits, trace_time: start.elapsed() })
+    Ok(PrimaryTrace { rays: grid.ray_count(), hits, trace_time: start.elapsed() })
 }
 
 /// A probe that knows whether the last ray entered the root.
@@ -127,12 +127,12 @@ impl Entering for TestCounts {
     }
 }
 
-/// Number of rays, number of hits, and for each tile the probe and the number of rays that entered the root.
+/// Number of hits, and for each tile the probe and the number of rays that entered the root.
 fn trace<P: Entering>(
     request: &RenderRequest,
     traversal: Traversal,
     token: &CancelToken,
-) -> Result<(u64, u64, Vec<(P, u64)>), Cancelled> {
+) -> Result<(u64, Vec<(P, u64)>), Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let tree = &request.accel.tree;
@@ -162,6 +162,5 @@ fn trace<P: Entering>(
         .collect::<Result<_, Cancelled>>()?;
     fork.join();
     let hits = tiles.iter().map(|(hits, _)| hits).sum();
-    let rays = u64::from(grid.width) * u64::from(grid.height);
-    Ok((rays, hits, tiles.into_iter().map(|(_, counts)| counts).collect()))
+    Ok((hits, tiles.into_iter().map(|(_, counts)| counts).collect()))
 }
