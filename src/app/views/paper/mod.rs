@@ -8,9 +8,10 @@ use std::sync::Arc;
 
 use egui::{self, Align2, CornerRadius, Key, RichText, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2};
 
-use crate::app::state::AppState;
 use crate::app::state::paper::{Display, Experiment, PaperPlan, PaperResult};
+use crate::app::state::{AppState, Request};
 use crate::app::views::View;
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::catalog::settings::Stated;
 use crate::lab::report_table::ReportTable;
@@ -52,16 +53,14 @@ fn body(ui: &mut Ui, state: &mut AppState) {
 }
 
 /// Text shown before the first rows: what would be measured, or that it is being measured.
-fn nothing_yet(ui: &mut Ui, state: &AppState) {
+fn nothing_yet(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
     let plan = &state.preferences.paper;
+    let other = state.activity.experiment.filter(|measured| *measured != plan.experiment);
     let text = match (&state.activity.measure, &state.model.loaded) {
-        (Some(job), _) if state.activity.experiment.is_some_and(|measured| measured != plan.experiment) => {
-            let other = state.activity.experiment.map_or("", Experiment::label);
+        (Some(job), _) if other.is_some() => {
             let percent = job.progress.clamp(0.0, 1.0) * 100.0;
-            format!(
-                "Measuring: {other} ({percent:.0} %). Then this question can be measured; Cancel measuring frees the way now."
-            )
+            format!("Measuring: {} ({percent:.0} %).", other.map_or("", Experiment::label))
         }
         (Some(_), _) => {
             "Measuring. The first rows appear once everything they are compared with is measured.".to_owned()
@@ -89,6 +88,10 @@ fn nothing_yet(ui: &mut Ui, state: &AppState) {
         }
     };
     ui.add(egui::Label::new(RichText::new(text).color(palette.dim)).wrap());
+    let tip = "Stop the other measurement, whose finished rows stay, and begin with this question";
+    if other.is_some() && ui.button("Measure this instead").tip(tip).clicked() {
+        state.activity.requests.push(Request::Measure);
+    }
 }
 
 /// Gap between two columns in points.
