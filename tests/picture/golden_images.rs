@@ -14,11 +14,11 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-const WIDTH: u32 = 96;
-const HEIGHT: u32 = 72;
+pub const WIDTH: u32 = 96;
+pub const HEIGHT: u32 = 72;
 
 /// Permitted differences between a picture and its golden image.
-struct Tolerance {
+pub struct Tolerance {
     /// Largest difference of a channel that counts as equal.
     channel: u8,
     /// Number of the 6,912 pixels that may differ by more.
@@ -29,11 +29,11 @@ struct Tolerance {
 
 /// One sample a pixel: all arithmetic is plain f32 and repeats on every CPU, but SIMD levels with fused multiply-add may round a
 /// ray to the other side of an edge, where it shows what its neighbour shows. Colours move by a rounding of the sRGB table only.
-const ONE_SAMPLE: Tolerance = Tolerance { channel: 2, pixels: 7, beyond: 2 };
+pub const ONE_SAMPLE: Tolerance = Tolerance { channel: 2, pixels: 7, beyond: 2 };
 
 /// Several samples with random directions: `sin`, `cos` and `exp` differ by an ulp between C libraries, and one of the rays of a
 /// pixel may then meet another triangle: at most a sixteenth of the light of its sky.
-const SAMPLED: Tolerance = Tolerance { channel: 3, pixels: 35, beyond: 12 };
+pub const SAMPLED: Tolerance = Tolerance { channel: 3, pixels: 35, beyond: 12 };
 
 /// Colours of clusters and counts of tests show the tree itself: rounding may only affect pixels at edges of containers, which
 /// then count one pair of tests more or less.
@@ -49,7 +49,7 @@ fn picture(scene: &str, container: ContainerKind, settings: RenderSettings, proj
     render(&request, &token, &|_| {}).unwrap()
 }
 
-fn check(name: &str, frame: &Frame, tolerance: &Tolerance) {
+pub fn check(name: &str, frame: &Frame, tolerance: &Tolerance) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/picture/golden").join(format!("{name}.png"));
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         let bytes = bytemuck::cast_slice(&frame.rgba);

@@ -10,6 +10,7 @@ mod any_arity;
 mod counts;
 mod cuts;
 mod determinism;
+mod golden_formats;
 mod golden_images;
 mod invariants;
 mod lab;
