@@ -24,10 +24,12 @@ const MAX_SPLIT_DEPTH: u32 = 96;
 
 /// A triangle during construction.
 #[derive(Clone, Copy)]
-struct BuildPrimitive<C> {
-    container: C,
-    centre: Vec3,
-    index: u32,
+pub(crate) struct BuildPrimitive<C> {
+    pub(crate) container: C,
+    /// Centre of the container.
+    pub(crate) centre: Vec3,
+    /// Index in the input.
+    pub(crate) index: u32,
 }
 
 /// Builds a tree with one triangle per leaf.
@@ -96,7 +98,7 @@ fn split<C: ClusterContainer>(
 }
 
 /// Partitions `primitives` by the cheapest binned split and returns the size of the left side.
-fn best_split<C: ClusterContainer>(
+pub(crate) fn best_split<C: ClusterContainer>(
     primitives: &mut [BuildPrimitive<C>],
     token: &CancelToken,
 ) -> Result<usize, Cancelled> {

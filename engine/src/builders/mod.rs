@@ -2,7 +2,7 @@
 //!
 //! AAC lives in a room of its own. Builders know triangles and settings, and neither the wide tree nor what traces it.
 
-mod binned_sah;
+pub(crate) mod binned_sah;
 pub(crate) mod exact;
 mod lbvh;
 mod none;

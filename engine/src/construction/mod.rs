@@ -34,6 +34,7 @@ mod timeline;
 mod explain;
 
 mod against_exact;
+mod regret;
 
 mod curve_cells;
 
@@ -45,4 +46,5 @@ pub use cut::{Cut, CutError};
 pub use explain::{ClusterPair, ListedCluster, MergeChoice, merge_area};
 pub use record::MergeRecord;
 pub use reduction_levels::{ReductionLevel, Spread};
+pub use regret::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
 pub use timeline::{MergeOrder, Timeline};

@@ -157,7 +157,7 @@ impl<C: Container> Tree<C> {
 
     /// The factor on coordinates, a power of two, that [`Tree::area`] applies.
     #[inline]
-    pub(super) fn area_scale(&self) -> f32 {
+    pub(crate) fn area_scale(&self) -> f32 {
         self.nodes.first().map_or(1.0, |root| area_scale(root.container.bounds().extent().max_element()))
     }
 

@@ -85,7 +85,7 @@ fn pairs<C>(nodes: &[Node<C>]) -> impl Iterator<Item = (&C, &C)> {
 }
 
 /// Cost of the tests that visiting `node` causes, times [`Tree::area`].
-fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
+pub(crate) fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
     f64::from(tree.area(node)) * visit_cost(&tree.nodes[node as usize])
 }
 
