@@ -22,7 +22,7 @@ struct Node {
     @location(5) node: u32,
     @location(6) flags: u32,
     @location(7) area_share: f32,
-    @location(8) overlap: f32,
+    @location(8) value: f32,
 }
 
 struct LineVertex {
@@ -198,8 +198,8 @@ fn color_of(node: Node, role: u32) -> vec4f {
     switch view.color_by {
         case COLOR_BY_DEPTH: { value = sqrt(f32(node.depth)); }
         case COLOR_BY_SIZE: { value = log2(max(node.area_share, 1e-12)); }
-        case COLOR_BY_OVERLAP: { value = node.overlap; }
-        default: { value = log2(f32(max(node.primitives, 1u))); }
+        case COLOR_BY_PRIMITIVES: { value = log2(f32(max(node.primitives, 1u))); }
+        default: { value = node.value; }
     }
     let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * f32(RAMP_STOPS - 1u);
     let stop = min(u32(t), RAMP_STOPS - 2u);

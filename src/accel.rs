@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::builders::StageTimes;
+use bvhscope_engine::construction::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
 use bvhscope_engine::fingerprint;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
@@ -81,6 +82,7 @@ pub struct Accel {
     whole_builds: OnceLock<WholeBuilds>,
     entering_tests: OnceLock<Option<f32>>,
     ancestry: OnceLock<Ancestry>,
+    regrets: OnceLock<Regrets>,
     /// Takes the memory of the tree for the next build of the session.
     recycler: NodeRecycler,
 }
@@ -203,6 +205,7 @@ impl Accel {
             whole_builds: OnceLock::new(),
             entering_tests: OnceLock::new(),
             ancestry: OnceLock::new(),
+            regrets: OnceLock::new(),
             recycler,
         }
     }
@@ -382,6 +385,23 @@ impl Accel {
     /// Parents and primitive counts of all nodes, if they have been computed.
     pub fn known_ancestry(&self) -> Option<&Ancestry> {
         self.ancestry.get()
+    }
+
+    /// What rebuilding each subtree would save, computed on the first request: some seconds for large trees. Subtrees that memory does
+    /// not suffice for are left out.
+    pub fn compute_regrets(&self, token: &CancelToken) -> Result<&Regrets, Cancelled> {
+        if let Some(regrets) = self.known_regrets() {
+            return Ok(regrets);
+        }
+        let triangles = (Budget::of_process().allowance() / BYTES_PER_TRIANGLE) as usize;
+        let limits = RegretLimits { triangles, ..RegretLimits::default() };
+        let regrets = regrets(&self.tree, &self.scene.triangles, limits, token)?;
+        Ok(self.regrets.get_or_init(|| regrets))
+    }
+
+    /// What rebuilding each subtree would save, if [`Accel::compute_regrets`] has computed it.
+    pub fn known_regrets(&self) -> Option<&Regrets> {
+        self.regrets.get()
     }
 
     /// Parents and primitive counts of all nodes. The first request reads the whole tree: not for a UI frame.

@@ -1,5 +1,6 @@
 //! Each number of a single node, in one row: by these, views colour, rank, plot and describe nodes.
 
+use bvhscope_engine::construction::Regrets;
 use bvhscope_engine::tree::ancestry::Ancestry;
 use bvhscope_engine::tree::node_metrics;
 use bvhscope_engine::tree::statistics::TreeStats;
@@ -23,6 +24,8 @@ pub struct NodeReading<'a> {
     pub ancestry: Option<&'a Ancestry>,
     /// Its visits, where they are measured.
     pub visits: Option<&'a Visits>,
+    /// What rebuilding subtrees would save, where it is known.
+    pub regrets: Option<&'a Regrets>,
 }
 
 impl NodeReading<'_> {
@@ -49,6 +52,8 @@ pub struct Metric {
     pub form: Form,
     /// It is known only once visits are measured.
     pub needs_visits: bool,
+    /// It is known only once subtrees were rebuilt, which takes seconds.
+    pub needs_regrets: bool,
     /// Its values span several powers of ten, so that colours follow their logarithm.
     pub is_logarithmic: bool,
     /// Ends of its colour scale.
@@ -108,9 +113,9 @@ impl<'de> Deserialize<'de> for &'static Metric {
 }
 
 /// All metrics, in the order of menus.
-pub const METRICS: [&Metric; 7] = [COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO, AREA, PRIMITIVES, DEPTH];
+pub const METRICS: [&Metric; 9] = [REGRET, GAIN, COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO, AREA, PRIMITIVES, DEPTH];
 /// The metrics by which a node can be bad.
-pub const RANKED: [&Metric; 4] = [COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO];
+pub const RANKED: [&Metric; 5] = [REGRET, COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO];
 
 /// Contribution of the node to the SAH cost of the tree, 0 to 1; see [`node_metrics::sah_share`].
 pub const COST: &Metric = &Metric {
@@ -121,9 +126,32 @@ pub const COST: &Metric = &Metric {
     term: Some(&terms::SAH_COST),
     form: Form::Share,
     needs_visits: false,
+    needs_regrets: false,
     is_logarithmic: true,
     ends: Ends::Fitting,
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::sah_share(tree, node, nodes.stats))),
+};
+
+/// What rebuilding the node would save where that is most of its cost, 0 to 1; see [`Regrets::regret`].
+pub const REGRET: &Metric = &Metric {
+    key: "regret",
+    label: "Regret",
+    meaning: "How much cheaper the tree would be with this subtree rebuilt, where that is a larger part of its cost than in its \
+              children and its parent; elsewhere what its own split costs. Rebuilt by binned SAH, of up to 500 triangles by exact \
+              clustering too",
+    term: Some(&terms::REGRET),
+    needs_regrets: true,
+    get: |nodes, node| nodes.regrets?.regret(node),
+    ..*COST
+};
+
+/// What rebuilding the whole subtree would save, 0 to 1; see [`Regrets::gain`].
+pub const GAIN: &Metric = &Metric {
+    key: "gain",
+    label: "Gain",
+    meaning: "How much cheaper the tree would be with this subtree rebuilt",
+    get: |nodes, node| nodes.regrets?.gain(node),
+    ..*REGRET
 };
 
 /// Overlap of the children, of two 0 to 1; see [`node_metrics::overlap`].

@@ -20,7 +20,7 @@ impl Term {
 }
 
 /// The terms of trees, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-pub const TERMS: [&Term; 34] = [
+pub const TERMS: [&Term; 35] = [
     &BVH,
     &NODE,
     &LEAF,
@@ -33,6 +33,7 @@ pub const TERMS: [&Term; 34] = [
     &EPO,
     &MEASURED_COST,
     &AREA_SHARE,
+    &REGRET,
     &OVERLAP,
     &AAC,
     &CLUSTER,
@@ -121,6 +122,12 @@ pub const AREA_SHARE: Term = Term {
     name: "Area share",
     text: "Surface of a node relative to the root's: how likely a ray that hits the root hits the node as well.",
     source: "Goldsmith and Salmon 1987",
+};
+/// Regret.
+pub const REGRET: Term = Term {
+    name: "Regret",
+    text: "How much cheaper the tree would be with a subtree rebuilt, counted where that is the largest part of the subtree's cost; elsewhere what a node's own split costs. Unlike cost, it is greatest where a tree is bad.",
+    source: "",
 };
 /// Overlap.
 pub const OVERLAP: Term = Term {

@@ -42,12 +42,20 @@ named!(
     RayKind,
     Traversal,
     ColorMap,
-    ColorBy,
     OverlayKinds,
     SimdLevel,
     MergeOrder,
     Population,
 );
+
+/// A picture is of one tree.
+impl Named for ColorBy {
+    const VALUES: &'static [Self] = &Self::OF_ONE_TREE;
+
+    fn value_name(self) -> &'static str {
+        self.name()
+    }
+}
 
 /// Parses the name of any value of `T`.
 pub fn named<T: Named>(text: &str) -> Result<T, String> {

@@ -23,6 +23,7 @@ impl NodeValues<'_> {
             stats: &self.accel.report.stats,
             ancestry: self.accel.known_ancestry(),
             visits: self.visits,
+            regrets: self.accel.known_regrets(),
         }
     }
 

@@ -22,8 +22,9 @@ pub struct OverlayNode {
     pub flags: u32,
     /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
-    /// Overlap of the children as a fraction of the node's own area, 0 to 1; 0 for a leaf.
-    pub overlap: f32,
+    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret; 1 where only one
+    /// of two trees has the node, else 0.
+    pub value: f32,
 }
 
 /// The reason why a node is drawn, which decides its colour and line width.

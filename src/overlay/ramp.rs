@@ -66,7 +66,7 @@ pub(super) fn position(node: &OverlayNode, color_by: ColorBy, [low, high]: [f32;
     let value = match color_by {
         ColorBy::Depth => (node.depth as f32).sqrt(),
         ColorBy::Size => node.area_share.max(1e-12).log2(),
-        ColorBy::Overlap => node.overlap,
+        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival => node.value,
         ColorBy::Primitives => (node.primitives.max(1) as f32).log2(),
     };
     ((value - low) / (high - low)).clamp(0.0, 1.0)
@@ -97,16 +97,21 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> L
             let stops = depths.into_iter().map(|depth| (at(depth), depth.to_string())).collect();
             Legend { title: "Depth", stops, drawn }
         }
-        ColorBy::Size => {
+        ColorBy::Size | ColorBy::Regret => {
             let percent = |value: f32| value.exp2() * 100.0;
             let powers = (-10..=2).map(|exponent| 10_f32.powi(exponent));
             let stops = powers.map(|percent| ((percent / 100.0).log2(), percent_text(percent)));
             let ends = [low, high].map(|value| (value, percent_text(percent(value))));
-            Legend { title: "Area over the root's", stops: thinned(stops, ends, [low, high]), drawn: None }
+            let title = if settings.color_by == ColorBy::Size { "Area over the root's" } else { "Regret" };
+            Legend { title, stops: thinned(stops, ends, [low, high]), drawn: None }
         }
         ColorBy::Overlap => {
             let stops = [0, 25, 50, 75, 100].map(|percent| (percent as f32 / 100.0, format!("{percent} %")));
             Legend { title: "Overlap of the children", stops: stops.to_vec(), drawn: None }
+        }
+        ColorBy::Survival => {
+            let stops = vec![(0.0, "in both trees".to_owned()), (1.0, "in this one only".to_owned())];
+            Legend { title: "Nodes of both trees", stops, drawn: None }
         }
         ColorBy::Primitives => {
             let powers = (0..10).map(|exponent| 10_u32.pow(exponent));

@@ -16,11 +16,17 @@ pub enum ColorBy {
     Overlap = 2,
     /// Number of primitives in the subtree, logarithmic.
     Primitives = 3,
+    /// What the node's own split costs, logarithmic.
+    Regret = 4,
+    /// Whether another tree has a node of the same triangles.
+    Survival = 5,
 }
 
 impl ColorBy {
     /// All quantities, in the order of menus.
-    pub const ALL: [Self; 4] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives];
+    pub const ALL: [Self; 6] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Survival];
+    /// Those that need no other tree.
+    pub const OF_ONE_TREE: [Self; 5] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
@@ -29,6 +35,8 @@ impl ColorBy {
             Self::Size => "size",
             Self::Overlap => "overlap",
             Self::Primitives => "primitives",
+            Self::Regret => "regret",
+            Self::Survival => "survival",
         }
     }
 
@@ -39,6 +47,8 @@ impl ColorBy {
             Self::Size => "Size",
             Self::Overlap => "Overlap",
             Self::Primitives => "Primitives",
+            Self::Regret => "Regret",
+            Self::Survival => "Survival",
         }
     }
 }

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod files;
+mod find;
 mod first_minute;
 mod harness;
 mod headline;

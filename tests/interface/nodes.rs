@@ -41,7 +41,13 @@ fn row<'a>(harness: &'a Window, node: u32) -> egui_kittest::Node<'a> {
 #[test]
 fn the_worst_nodes_are_sorted_selected_and_stepped_through() {
     let mut harness = open("Nodes");
-    let table = presented(&harness).table;
+    let (table, accel) = (presented(&harness).table, presented(&harness).accel);
+    let by_regret = ranked(&harness);
+    let regrets = accel.known_regrets().expect("subtrees were rebuilt");
+    assert!(by_regret.is_sorted_by(|&a, &b| regrets.regret(a) >= regrets.regret(b)));
+    assert!(regrets.regret(by_regret[0]) > Some(0.0) && !by_regret[..5].contains(&1), "not the nodes of greatest cost");
+    harness.get_by_label("Sort by SAH cost").click();
+    settle(&mut harness);
     let by_cost = ranked(&harness);
     assert!(by_cost.is_sorted_by(|&a, &b| table.sah_share(a) >= table.sah_share(b)));
 
@@ -132,13 +138,14 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
         [
             lab.visits.of_tree(&accel).is_some(),
             lab.nodes.ranking.of_tree(&accel).is_some(),
-            lab.icicle.sums.of_tree(&accel).is_some(),
+            lab.icicle.sums.of_tree(&accel).is_some() || accel.known_regrets().is_some(),
         ]
     };
     assert_eq!(known(&harness), [false; 3]);
     harness.state_mut().state.preferences.dock.show("Icicle");
     settle(&mut harness);
     assert_eq!(known(&harness), [false, false, true], "shares of cost need no rays");
+    assert!(accel.known_regrets().is_none());
     harness.state_mut().state.lab.icicle.width = IcicleWidth::Visits;
     harness.state_mut().state.lab.icicle.color = metrics::VISIT_RATIO;
     settle(&mut harness);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::panel::{harness, present, press, sized, state, with_rows};
 use bvhscope::app::commands::Action;
-use bvhscope::app::state::paper::Experiment;
+use bvhscope::app::state::paper::{Experiment, settings_of};
 use bvhscope::app::state::{AppState, HelpPage, PickedTriangle, Request, Severity, Theme};
 use bvhscope::render::{Exposure, HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
@@ -49,6 +49,50 @@ fn the_paper_panel_switches_between_tables_and_plots() {
     );
     press(&mut h, "Close dock");
     assert_eq!(h.state().preferences.dock.open, None);
+}
+
+#[test]
+fn tables_sort_and_a_double_click_builds_the_tree_of_a_row() {
+    let mut s = state(Shading::Lit);
+    with_rows(&mut s, Experiment::Builders);
+    s.preferences.dock.height = 520.0;
+    let result = s.activity.measured[&Experiment::Builders].clone();
+    let mut h = harness(s);
+    // The preset that was measured and is not the present one.
+    let table = &result.tables[0];
+    let row = (0..table.rows.len())
+        .find(|&row| settings_of(&result.rows[table.sources[row]]).is_some_and(|build| build != h.state().wanted.build))
+        .expect("another tree");
+    let build = settings_of(&result.rows[table.sources[row]]).unwrap();
+    let rows = |h: &Harness<'_, AppState>| {
+        let items = h.query_all_by_role(Role::ListItem);
+        let named = items.map(|node| (node.accesskit_node().label().unwrap_or_default(), node.rect()));
+        let mut rows: Vec<_> = named.filter(|(name, _)| name.contains(", SAH cost ")).collect();
+        rows.sort_by(|a, b| a.1.top().total_cmp(&b.1.top()));
+        rows
+    };
+    let number = |name: &str, column: &str| -> f64 {
+        let rest = name.split(column).nth(1).expect("the column");
+        rest.split(',').next().unwrap().trim().parse().expect("a number")
+    };
+    let costs =
+        |h: &Harness<'_, AppState>| rows(h).iter().map(|(name, _)| number(name, ", SAH cost ")).collect::<Vec<_>>();
+    assert!(!costs(&h).is_sorted(), "the fastest come first");
+    h.query_all_by_label("Sort by SAH cost").next().expect("a header").click();
+    h.run_steps(3);
+    assert!(costs(&h).is_sorted(), "{:?}", costs(&h));
+    let name = table.rows[row][1].clone();
+    let at = rows(&h)
+        .into_iter()
+        .find(|(text, _)| text.contains(&format!(", builder {name}, container {}", build.container.name())));
+    let at = at.expect("its row").1.left_center() + egui::vec2(8.0, 0.0);
+    h.hover_at(at);
+    h.run_steps(1);
+    for pressed in [true, false, true, false] {
+        h.input_mut().events.push(crate::harness::button(at, egui::PointerButton::Primary, pressed));
+    }
+    h.run_steps(3);
+    assert_eq!(h.state().wanted.build, build);
 }
 
 #[test]

@@ -147,7 +147,65 @@ fn trees_of_the_session_are_plotted_and_built_again_by_a_click() {
 
     let text = copied(&mut harness, "Copy");
     assert_eq!(text.lines().count(), 5, "{text}");
-    assert!(text.lines().all(|line| line.split('\t').count() == 6), "{text}");
+    assert!(text.lines().all(|line| line.split('\t').count() == 7), "{text}");
+}
+
+/// The rows of the list of trees, from above.
+fn rows(harness: &Window) -> Vec<(String, Rect)> {
+    let rows = harness.query_all_by_role(Role::ListItem);
+    let named = rows.map(|row| (row.accesskit_node().label().unwrap_or_default(), row.rect()));
+    let mut rows: Vec<_> = named.filter(|(name, _)| name.contains(", SAH cost ")).collect();
+    rows.sort_by(|a, b| a.1.top().total_cmp(&b.1.top()));
+    rows
+}
+
+#[test]
+fn the_list_of_trees_measures_sorts_shows_and_compares() {
+    let mut harness = app();
+    for threshold in [20, 4] {
+        state(&mut harness).wanted.build.threshold = threshold;
+        settle(&mut harness);
+    }
+    state(&mut harness).lab.plots.kind = PlotKind::List;
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    settle(&mut harness);
+    assert_eq!(rows(&harness).len(), 3);
+    assert!(rows(&harness)[0].0.contains("Tests – entering ray"), "{:?}", rows(&harness));
+    harness.get_by_label("Measure all 3").click();
+    settle(&mut harness);
+    let measured = rows(&harness);
+    assert!(measured.iter().all(|(name, _)| !name.contains('–')), "{measured:?}");
+    assert!(!harness.state().state.lab.plots.measures_all);
+    let accel = presented(&harness).accel;
+    let rays = harness.state().state.lab.rays(&accel.scene);
+    let trees = harness.state().state.lab.plots.session.plotted(rays);
+    let shown = trees.iter().find(|tree| tree.is(&accel)).expect("listed");
+    let cost = scatter(&harness).sums.cost;
+    assert!((shown.cost.expect("measured") - cost).abs() < 1e-9, "as where it is shown");
+
+    harness.get_by_label("Sort by SAH cost").click();
+    settle(&mut harness);
+    let cost = |name: &str| trees.iter().find(|tree| name.starts_with(&tree.name())).expect("a tree").sah_cost;
+    let costs = |harness: &Window| rows(harness).iter().map(|(name, _)| cost(name)).collect::<Vec<_>>();
+    assert!(costs(&harness).is_sorted(), "{:?}", costs(&harness));
+    harness.get_by_label("Sort by SAH cost").click();
+    settle(&mut harness);
+    assert!(costs(&harness).is_sorted_by(|a, b| a >= b), "the other way round");
+
+    let place = |harness: &Window, part: &str| {
+        rows(harness).into_iter().find(|(name, _)| name.contains(part)).expect("a row").1.center()
+    };
+    let at = place(&harness, "δ 20 ");
+    crate::harness::click(&mut harness, at);
+    harness.get_by_label("Put into B").click();
+    settle(&mut harness);
+    let threshold = |shown: &bvhscope::app::state::Presented| shown.accel.settings.threshold;
+    assert_eq!(harness.state().state.model.second.as_ref().map(threshold), Some(20));
+    assert_eq!(threshold(&presented(&harness)), 4);
+    let at = place(&harness, "δ 6 ");
+    double_click(&mut harness, at);
+    settle(&mut harness);
+    assert_eq!(threshold(&presented(&harness)), 6);
 }
 
 #[test]

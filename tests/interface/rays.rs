@@ -57,6 +57,35 @@ fn a_click_on_the_picture_takes_the_ray_of_its_pixel() {
 }
 
 #[test]
+fn the_strip_zooms_to_the_hit_and_back() {
+    let mut harness = app_with_ray();
+    let record = record(&harness);
+    let (hit, _) = record.hit.expect("the middle is hit");
+    let [first, last] = record.reach();
+    click(&mut harness, "Zoom to hit");
+    let [from, to] = harness.state().state.lab.ray.zoom.expect("zoomed");
+    assert!(from < hit && hit < to && to - from < 0.5 * (last - first), "{from} {hit} {to} of {first} {last}");
+    click(&mut harness, "Whole ray");
+    assert_eq!(harness.state().state.lab.ray.zoom, None);
+}
+
+#[test]
+fn the_same_ray_is_shown_in_both_trees() {
+    let mut harness = app_with_ray();
+    let strip = |harness: &Window| harness.get_by_label("Containers along the ray").rect();
+    let alone = strip(&harness);
+    press(&mut harness, Modifiers::COMMAND, Key::Num2);
+    harness.state_mut().state.edited_build_mut().threshold = 40;
+    settle(&mut harness);
+    let second = harness.state().state.model.second.clone().expect("a second tree");
+    let mut counts = TestCounts::default();
+    second.accel.closest_hit_with(&record(&harness).ray, Traversal::Ordered, &mut counts);
+    let name = format!("Containers along the ray in B: {} container tests", counts.containers);
+    let below = harness.get_by_label_contains(&name).rect();
+    assert!(strip(&harness).height() < 0.6 * alone.height() && below.top() > strip(&harness).bottom());
+}
+
+#[test]
 fn steps_are_walked_by_buttons_and_keys_and_lit_in_the_picture() {
     let mut harness = app_with_ray();
     let record = record(&harness);

@@ -7,8 +7,9 @@ use bvhscope::app::commands::{Action, CompareStep};
 use bvhscope::app::state::comparison::{Comparison, Verdict};
 use bvhscope::app::state::{AppState, CompareView, Presented, TreeSide};
 use bvhscope::catalog::numbers::rows::SAH_COST;
+use bvhscope::overlay::ColorBy;
 use bvhscope::render::{HeatKind, Shading};
-use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
@@ -79,6 +80,34 @@ fn a_second_tree_is_added_edited_swapped_and_removed() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     panic!("the second tree is still in memory");
+}
+
+#[test]
+fn colours_tell_which_containers_the_other_tree_has() {
+    let mut harness = with_second(CompareView::Split);
+    state(&mut harness).wanted.overlay.color_by = ColorBy::Survival;
+    settle(&mut harness);
+    let state = &harness.state().state;
+    let survival = state.survival().unwrap();
+    let graphics = &state.layout.graphics;
+    for (shown, survival) in [&graphics.shown, &graphics.second_shown].into_iter().zip(&**survival) {
+        let shown = shown.as_ref().unwrap();
+        let expected: Vec<bool> = shown.nodes.iter().map(|&node| !survival.survives(node)).collect();
+        assert_eq!(shown.is_new, expected);
+        assert!(expected.contains(&true) && expected.contains(&false), "the root at least is in both");
+    }
+    assert!(harness.query_by_label_contains("Legend. Containers: triangles of one node").is_some());
+    // With one tree, those that its passes made.
+    let mut harness = app();
+    self::state(&mut harness).wanted.overlay.color_by = ColorBy::Survival;
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("Nothing to compare with").is_some());
+    assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some());
+    self::state(&mut harness).wanted.build.optimize = Passes::NONE.with(Pass::Restructure);
+    settle(&mut harness);
+    let shown = harness.state().state.layout.graphics.shown.clone().unwrap();
+    assert!(shown.is_new.contains(&true) && shown.is_new.contains(&false), "{:?}", shown.is_new);
+    assert!(harness.query_by_label_contains("moved by them").is_some());
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn an_instance_describes_its_node() {
     let by_primitives =
         OverlaySettings { color_by: ColorBy::Primitives, follows_tree: false, show_spheres: true, ..settings(0, 9) };
     let root = table.instance(0, 0, &by_primitives);
-    assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.overlap), (0, 8, 0, 1.0, 0.0));
+    assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.value), (0, 8, 0, 1.0, 0.0));
     assert!(root.sphere_radius > 7.0);
     let leaf = table.instance(*table.by_depth(table.len() as u32).last().unwrap(), 3, &by_primitives);
     assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
@@ -177,7 +177,7 @@ fn an_instance_describes_its_node() {
     let left = table.children(0).start;
     let right = left + 1;
     assert_eq!(table.overlap(0), Some(0.0), "a row along x overlaps nowhere");
-    assert_eq!((table.overlap(leaf.node), leaf.overlap), (None, 0.0), "a leaf has no children");
+    assert_eq!((table.overlap(leaf.node), leaf.value), (None, 0.0), "a leaf has no children");
     assert_eq!(table.primitives(left) + table.primitives(right), 8);
 }
 

@@ -10,7 +10,7 @@ use bvhscope_engine::tree::traverse::Traversal;
 use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings;
-use crate::overlay::{OverlayKinds, Selection};
+use crate::overlay::{ColorBy, OverlayKinds, Selection};
 use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
 use crate::text::quote;
 
@@ -159,7 +159,9 @@ fn overlay_flags(state: &AppState, line: &mut Line) {
     line.flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
     if drawn {
         line.flag("--depth", overlay.depth.map(|[first, last]| format!("{first}..{last}")));
-        line.flag("--color-by", overlay.color_by.name().to_owned());
+        // A command draws one tree.
+        let color_by = Some(overlay.color_by).filter(|color_by| ColorBy::OF_ONE_TREE.contains(color_by));
+        line.flag("--color-by", color_by.map(|color_by| color_by.name().to_owned()));
         line.flag("--hidden-lines", overlay.hidden_alpha.to_string());
         line.flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
         line.flag("--at-most", overlay.budget.map(|budget| budget.to_string()));

@@ -12,6 +12,7 @@ use crate::app::state::action::Action;
 /// Ctrl+P, F1 and Esc.
 pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     let typing = ctx.text_edit_focused() || (state.layout.palette.is_some() && ctx.egui_wants_keyboard_input());
+    let focused_elsewhere = !state.layout.viewport_focused && ctx.memory(|memory| memory.focused().is_some());
     // Esc first closes an open drop-down list or menu.
     let popup_open = egui::Popup::is_any_open(ctx);
     let (mut actions, mut pasted) = (Vec::new(), None);
@@ -23,7 +24,8 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
             }
             let Event::Key { key, pressed: true, modifiers, repeat, .. } = event else { return true };
             let Some(entry) = entry_of(*key, *modifiers) else { return true };
-            if entry.row.in_viewport && !state.layout.viewport_focused {
+            let is_kept = entry.row.yields && focused_elsewhere;
+            if is_kept || entry.row.in_viewport && !state.layout.viewport_focused {
                 return true;
             }
             let action = entry.action;

@@ -22,6 +22,6 @@ pub use clipboard::{paste_state, shared_state, show_state, statistics_text};
 pub use command_line::command_line;
 pub use entries::{entries, entries_for, search};
 pub use keyboard::{KeyList, handle_shortcuts, keys};
-pub(crate) use nodes::show_finding;
+pub(crate) use nodes::{go_to, show_finding};
 pub use row::{Category, Entry, shortcut_text};
 pub(in crate::app) use rows::{compare_description, shading_description};

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::camera;
+use crate::app::format;
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::lab::NodesState;
-use crate::app::state::{AppState, TreeSide};
+use crate::app::state::{AppState, CompareView, TreeSide};
 use crate::app::viewport::{orbit, picking};
 use crate::lab::diagnose::{Finding, Place};
 use crate::scene::Scene;
@@ -55,6 +56,52 @@ pub(super) fn second_child(state: &AppState) -> Option<u32> {
 pub(super) fn sibling(state: &AppState, step: i32) -> Option<u32> {
     let (shown, node) = state.selected()?;
     shown.table.sibling(node, step)
+}
+
+/// Selects and frames the node or triangle that `text` names by its number: "12", "node 12", "triangle 7", "t7". An error says why there
+/// is none.
+pub fn go_to(state: &mut AppState, text: &str) -> Result<(), String> {
+    let in_second = state.selection.side == TreeSide::B || state.shown_view() == CompareView::B;
+    let side = if in_second { TreeSide::B } else { TreeSide::A };
+    let Some(shown) = state.shown_tree(side) else { return Err("There is no tree yet".to_owned()) };
+    let (nodes, triangles) = (shown.table.len(), shown.accel.scene.triangles.len());
+    let ranges = format!("{}, {}", range("nodes", nodes), range("triangles", triangles));
+    let (is_triangle, number) = place_of(text).ok_or_else(|| format!("Type a number: {ranges}"))?;
+    let count = if is_triangle { triangles } else { nodes };
+    let Some(index) = number.filter(|&number| number < count as u64).map(|number| number as u32) else {
+        return Err(format!("Out of range: {ranges}"));
+    };
+    match (is_triangle, side) {
+        (true, TreeSide::A) => picking::pick(state, Some(index)),
+        (true, TreeSide::B) => picking::pick_in_second(state, Some(index)),
+        (false, TreeSide::A) => state.select_node(index),
+        (false, TreeSide::B) => (state.selection.second.selected, state.selection.side) = (Some(index), side),
+    }
+    if !state.selection.is_some() {
+        return Err(format!("Triangle {index} is in no leaf of this tree"));
+    }
+    camera::frame_selection(state);
+    Ok(())
+}
+
+/// "nodes 0 to 4,510".
+fn range(name: &str, count: usize) -> String {
+    if count == 0 { format!("no {name}") } else { format!("{name} 0 to {}", format::count(count as u64 - 1)) }
+}
+
+/// Whether `text` names a triangle rather than a node, and its number, `None` where that is too large; `None` where it names neither.
+fn place_of(text: &str) -> Option<(bool, Option<u64>)> {
+    let text = text.trim().to_lowercase();
+    let split = text.find(|character: char| character.is_ascii_digit())?;
+    let (name, number) = text.split_at(split);
+    let is_triangle = match name.trim_end_matches(['#', ' ']) {
+        "" | "n" | "node" | "leaf" => false,
+        "t" | "tri" | "triangle" => true,
+        _ => return None,
+    };
+    // Numbers are written with separators in the window.
+    let digits: String = number.chars().filter(|character| !matches!(character, ',' | ' ' | '_' | '\'')).collect();
+    digits.bytes().all(|digit| digit.is_ascii_digit()).then(|| (is_triangle, digits.parse().ok()))
 }
 
 /// Hides the subtree of the selected node, which is then no longer selected.
@@ -115,4 +162,24 @@ pub fn show_finding(state: &mut AppState, finding: &Finding) {
 fn bounds_of(scene: &Scene, triangles: &TriangleSet) -> Option<Aabb> {
     let boxes = triangles.iter().filter_map(|triangle| Some(scene.triangles.get(triangle as usize)?.bounds()));
     boxes.reduce(|all, next| all.union(&next))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::place_of;
+
+    #[test]
+    fn numbers_are_read_as_they_are_written() {
+        for text in ["12", " node 12", "Node 12 ", "n12", "leaf 12", "#12", "1 2", "node #12"] {
+            assert_eq!(place_of(text), Some((false, Some(12))), "{text}");
+        }
+        for text in ["t7", "triangle 7", "Triangle #7", "tri 7"] {
+            assert_eq!(place_of(text), Some((true, Some(7))), "{text}");
+        }
+        assert_eq!(place_of("71,135"), Some((false, Some(71_135))));
+        assert_eq!(place_of("99999999999999999999999"), Some((false, None)), "too large");
+        for text in ["", "node", "-3", "1.5", "knot 3", "12x"] {
+            assert_eq!(place_of(text), None, "{text}");
+        }
+    }
 }

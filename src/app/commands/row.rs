@@ -56,6 +56,8 @@ pub(super) struct Row {
     pub(super) repeats: bool,
     /// Its keys act only while the viewport has the focus; elsewhere they belong to the focused widget.
     pub(super) in_viewport: bool,
+    /// Its keys belong to the focused widget, if that is not the viewport.
+    pub(super) yields: bool,
 }
 
 /// The actions of a row.
@@ -108,6 +110,7 @@ pub(super) const fn many(items: fn() -> Vec<Item>, perform: fn(&mut AppState, us
         perform,
         repeats: false,
         in_viewport: false,
+        yields: false,
     }
 }
 
@@ -135,6 +138,11 @@ impl Row {
     /// Repeated while its key is held.
     pub(super) const fn repeated(self) -> Self {
         Self { repeats: true, ..self }
+    }
+
+    /// With keys that a focused widget keeps.
+    pub(super) const fn yielding(self) -> Self {
+        Self { yields: true, ..self }
     }
 
     /// With keys that act only while the viewport has the focus.

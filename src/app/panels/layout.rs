@@ -136,4 +136,5 @@ fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
     dialogs::help::about(ctx, state);
     dialogs::message_log::show(ctx, state);
     dialogs::palette::show(ctx, state);
+    dialogs::palette::show_go_to(ctx, state);
 }

@@ -309,8 +309,11 @@ impl App {
     /// Performs what was requested in this UI frame, requests what is stale, and saves the settings.
     fn perform_requests(&mut self, ctx: &egui::Context) {
         self.background_tasks.perform(ctx, &mut self.reconciler, &mut self.measure_worker, &mut self.state);
-        let dragging = ctx.input(|input| input.pointer.any_down());
-        self.state.record_step(dragging);
+        let (dragging, scrolls) = ctx.input(|input| {
+            let is_held = !input.keys_down.is_empty() || input.smooth_scroll_delta() != egui::Vec2::ZERO;
+            (input.pointer.any_down(), is_held || input.zoom_delta() != 1.0)
+        });
+        self.state.record_step(dragging, dragging || scrolls);
         self.reconcile(ctx);
         self.autosave_settings(ctx);
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::app::state::AppState;
 use crate::app::studies::latest::WorkerPool;
 use crate::app::views::open_view;
-use crate::overlay::{NodeTable, OverlaySettings};
+use crate::overlay::{ColorBy, NodeTable, OverlaySettings};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -44,7 +44,11 @@ impl DerivedWorker {
     /// too unless it is cancelled.
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
-        let (table, wanted) = (&presented.table, state.wanted.overlay);
+        let (table, mut wanted) = (&presented.table, state.wanted.overlay);
+        if wanted.color_by == ColorBy::Regret {
+            // A study of its own finds it, which takes longer.
+            wanted.color_by = ColorBy::Depth;
+        }
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
         let listed = idle && open_view(state).is_some_and(|view| view.needs_counts);
         let lacking = state.selected().filter(|(shown, node)| idle && shown.table.known_primitives(*node).is_none());

@@ -67,6 +67,10 @@ pub enum Action {
     GoToCameraOfFile(usize),
     /// Remove the bookmark that the camera is at.
     RemoveBookmark,
+    /// Go to the camera before.
+    CameraBack,
+    /// Go to the camera that was left by going back.
+    CameraForward,
     /// Fill the picture with the selected node, or with the model where none is selected.
     FrameSelection,
     /// Orbit around the target by a step.
@@ -127,6 +131,8 @@ pub enum Action {
     SelectNextSibling,
     /// Select the previous sibling of the selected node, before the first the last.
     SelectPreviousSibling,
+    /// Show or hide the field for the number of a node or triangle.
+    GoTo,
     /// Hide the selected node with everything below it.
     HideSelected,
     /// Hide everything but the selected node and what is below it.

@@ -50,6 +50,8 @@ pub struct Layout {
     pub front_side: Side,
     /// The text typed into the command palette; `None` while it is closed.
     pub palette: Option<String>,
+    /// The number of a node or triangle that is typed, and why there is none such; `None` while the field is closed.
+    pub go_to: Option<(String, String)>,
     /// The help dialog; `None` while it is closed.
     pub help: Option<Help>,
     /// The card of the tour that is shown, from 0.
@@ -90,6 +92,7 @@ impl Default for Layout {
             narrow: false,
             front_side: Side::Right,
             palette: None,
+            go_to: None,
             help: None,
             tour: None,
             about_open: false,
@@ -111,6 +114,11 @@ impl Default for Layout {
 }
 
 impl Layout {
+    /// Opens the field for a number, or closes it.
+    pub fn toggle_go_to(&mut self) {
+        self.go_to = if self.go_to.is_some() { None } else { Some(Default::default()) };
+    }
+
     /// Opens a page of the help dialog, or closes the dialog where it shows that page.
     pub fn toggle_help(&mut self, page: HelpPage) {
         let open = self.help.as_ref().is_some_and(|help| help.page == page);
@@ -124,12 +132,13 @@ impl Layout {
 
     /// Whether a dialog other than the command palette is open.
     pub const fn has_dialog(&self) -> bool {
-        self.help.is_some() || self.about_open || self.start_page_open || self.messages_open
+        self.help.is_some() || self.go_to.is_some() || self.about_open || self.start_page_open || self.messages_open
     }
 
     /// Closes every dialog but the command palette.
     pub fn close_dialogs(&mut self) {
         self.help = None;
+        self.go_to = None;
         self.about_open = false;
         self.start_page_open = false;
         self.messages_open = false;

@@ -42,13 +42,21 @@ use self::paper::RowFormat;
 use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
+use crate::overlay::ColorBy;
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
 use crate::scene::Scene;
 use crate::visibility::TriangleSet;
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::survival::Survival;
+
+/// The settings of `accel` without the passes over its tree; `None` where it had none.
+pub fn before_passes(accel: &Accel) -> Option<BuildSettings> {
+    let passes = accel.settings.passes();
+    let before = passes.iter().filter(|pass| *pass == Pass::Split).fold(Passes::NONE, Passes::with);
+    (accel.file.is_none() && before != passes).then_some(BuildSettings { optimize: before, ..accel.settings })
+}
 
 /// State of the window.
 pub struct AppState {
@@ -98,6 +106,15 @@ impl AppState {
     pub fn survival(&self) -> Option<&Arc<[Survival; 2]>> {
         let (first, second) = (self.model.presented.as_ref()?, self.model.second.as_ref()?);
         self.lab.survival.get(&first.accel, &OtherTree::new(&second.accel))
+    }
+
+    /// The nodes of the first tree that the other one has too, and the other way round, once they are known. The other one is the second
+    /// tree, else the first before its passes.
+    pub fn compared(&self) -> Option<&Arc<[Survival; 2]>> {
+        match self.wanted.second {
+            Some(_) => self.survival(),
+            None => self.lab.moved.get(&self.model.presented.as_ref()?.accel, &()),
+        }
     }
 
     /// The content of the viewport: the wanted view where its trees are there, else the first tree.
@@ -207,6 +224,12 @@ impl AppState {
         Some((Arc::clone(&shown.accel), request))
     }
 
+    /// The second tree and the ray that the view "Ray" lacks a record of in it.
+    pub fn wanted_second_ray(&self) -> Option<(Arc<Accel>, RayRequest)> {
+        let second = self.model.second.as_ref()?;
+        self.wanted_ray().map(|(_, request)| (Arc::clone(&second.accel), request))
+    }
+
     /// The primary rays of the wanted view, by which visits can be measured, or by others of that view.
     pub fn view_rays(&self) -> ViewRays {
         let Wanted { camera, render, .. } = &self.wanted;
@@ -294,9 +317,10 @@ impl AppState {
         self.restore_hidden();
     }
 
-    /// Records a step that can be undone where settings or hidden nodes have changed; called once a UI frame. All changes while
-    /// `dragging` make one step.
-    pub fn record_step(&mut self, dragging: bool) {
+    /// Records a step that can be undone where settings or hidden nodes have changed, and a move of the camera; called once a UI frame.
+    /// All changes while `dragging` make one step, all of the camera while it is `moving` one move.
+    pub fn record_step(&mut self, dragging: bool, moving: bool) {
+        self.undo.cameras.observe(&self.wanted.camera, moving);
         self.record_hidden();
         self.undo.observe(&self.wanted, &self.selection, dragging);
     }
@@ -369,6 +393,11 @@ impl AppState {
             (Some(wanted), Some(file)) => file.path == wanted,
             _ => false,
         }
+    }
+
+    /// Whether containers are drawn in colours of this meaning.
+    pub fn colors_by(&self, color_by: ColorBy) -> bool {
+        self.preferences.show_containers && self.wanted.overlay.color_by == color_by
     }
 
     /// Whether boxes and whether spheres are drawn; neither while containers are off.

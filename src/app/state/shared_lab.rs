@@ -92,7 +92,7 @@ impl LabState {
             // Its unfolded nodes are shared with the selected and hidden ones.
             outline: _, at_rest: _,
             // Derived from the tree.
-            findings: _, survival: _, visits: _, rays: _,
+            findings: _, survival: _, moved: _, regrets: _, visits: _, rays: _,
         } = self;
         let ray = view.source.map(|RaySource { start, camera, size_px }| SharedRay {
             start: match start {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::accel::are_same;
 use crate::app::state::{AppState, Presented, Standing, TreeSide};
-use crate::overlay::{NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
+use crate::overlay::{ColorBy, NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
 use bvhscope_engine::tree::survival::Survival;
 
 /// Time without a camera move after which the containers are chosen for the new view.
@@ -92,7 +92,16 @@ impl Choice {
 
 /// The overlay settings as they are drawn now: restricted to what is known of the tree, with the budget of this adapter.
 pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
-    OverlaySettings { budget: Some(budget(state)), ..table.drawable(&state.wanted.overlay) }
+    let mut settings = table.drawable(&state.wanted.overlay);
+    // The clusters of a tree before its passes are not those of the second tree.
+    let standing = state.layout.graphics.standing.as_ref().and_then(|standing| standing.table());
+    let is_before = standing.is_some_and(|standing| standing.id == table.id);
+    if settings.color_by == ColorBy::Survival
+        && (state.compared().is_none() || is_before && state.wanted.second.is_some())
+    {
+        settings.color_by = ColorBy::Depth;
+    }
+    OverlaySettings { budget: Some(budget(state)), ..settings }
 }
 
 /// Maximum number of containers that this adapter draws.
@@ -113,35 +122,45 @@ pub(crate) fn drawn_selection(state: &AppState) -> Selection {
     Selection { selected: standing.made.or(own.selected), ..own }
 }
 
-/// The containers chosen last that both trees have, and what they were chosen from.
+/// The containers chosen last beside those of another tree, and what they were chosen from.
 #[derive(Default)]
 pub(super) struct CommonNodes {
     last: Option<CommonChoice>,
 }
 
-/// Containers, the nodes that both trees have, and which of the containers are among these.
+/// Containers, the nodes that both trees have, and the containers with what is said of them.
 struct CommonChoice {
     from: Arc<Shown>,
     by: Arc<[Survival; 2]>,
+    /// Only those that both have; marked.
+    how: [bool; 2],
     common: Arc<Shown>,
 }
 
 impl CommonNodes {
-    /// The containers of `shown`, which are of the tree `side`, that the other tree has too, where only these are wanted and known.
-    pub(super) fn update(&mut self, state: &AppState, side: TreeSide, shown: Arc<Shown>) -> Arc<Shown> {
-        let wanted = state.wanted.second.is_some_and(|second| second.only_common);
-        let Some(survival) = state.survival().filter(|_| wanted) else {
+    /// The containers of `shown`, which are of the tree `side`: only those that the other tree has too, and marked as such, where it is
+    /// wanted and known. `all` keeps all of them.
+    pub(super) fn update(&mut self, state: &AppState, side: TreeSide, shown: Arc<Shown>, all: bool) -> Arc<Shown> {
+        let only_common = !all && state.wanted.second.is_some_and(|second| second.only_common);
+        let how = [only_common, state.wanted.overlay.color_by == ColorBy::Survival];
+        let Some(survival) = state.compared().filter(|_| how.contains(&true)) else {
             self.last = None;
             return shown;
         };
         if let Some(last) = &self.last
             && Arc::ptr_eq(&last.from, &shown)
             && Arc::ptr_eq(&last.by, survival)
+            && last.how == how
         {
             return Arc::clone(&last.common);
         }
-        let common = Arc::new(common(&shown, &survival[side as usize]));
-        self.last = Some(CommonChoice { from: shown, by: Arc::clone(survival), common: Arc::clone(&common) });
+        let of_side = &survival[side as usize];
+        let mut chosen = if only_common { common(&shown, of_side) } else { (*shown).clone() };
+        if how[1] {
+            chosen.is_new = chosen.nodes.iter().map(|&node| !of_side.survives(node)).collect();
+        }
+        let common = Arc::new(chosen);
+        self.last = Some(CommonChoice { from: shown, by: Arc::clone(survival), how, common: Arc::clone(&common) });
         common
     }
 }
@@ -156,6 +175,7 @@ fn common(shown: &Shown, survival: &Survival) -> Shown {
         depths: places.iter().map(|&place| shown.depths[place]).collect(),
         wanted: places.len(),
         outlined: outlined.len(),
+        is_new: Vec::new(),
         ..*shown
     }
 }

@@ -138,11 +138,17 @@ impl Viewport {
             let second = state.model.second.as_ref().filter(|_| state.shown_view().shows(TreeSide::B)).map(|second| {
                 let (shown, again) =
                     self.second_choice.update(state, second, None, &sides::hidden_in_second(state, second));
-                (self.common[1].update(state, TreeSide::B, shown), again)
+                (self.common[1].update(state, TreeSide::B, shown, false), again)
             });
             // Merges on show may be those of another tree.
             let all = state.layout.graphics.standing.is_some();
-            let shown = if all { shown } else { self.common[0].update(state, TreeSide::A, shown) };
+            let is_before = standing.is_some_and(|standing| standing.table().is_some());
+            let side = if is_before { TreeSide::B } else { TreeSide::A };
+            let shown = if is_before && state.wanted.second.is_some() {
+                shown
+            } else {
+                self.common[0].update(state, side, shown, all)
+            };
             state.layout.graphics.shown = Some(shown);
             let mut delay = again;
             if let Some((shown, again)) = second {

@@ -2,6 +2,7 @@
 
 mod axes;
 mod parts;
+mod table;
 
 mod icicle;
 mod merges;
@@ -70,13 +71,24 @@ pub(crate) struct View {
     add_studies: fn(&mut Studies) -> std::io::Result<()>,
     /// Whether it shows measured visits now.
     needs_visits: fn(&AppState) -> bool,
+    /// Whether it shows regrets now.
+    pub(crate) needs_regrets: fn(&AppState) -> bool,
     /// It shows how many primitives are below each node.
     pub(crate) needs_counts: bool,
 }
 
 impl View {
-    /// A view without studies, visits and counts.
+    /// A view without studies, visits, regrets and counts.
     const fn new(name: &'static str, purpose: &'static str, key: Key, ui: fn(&mut Ui, &mut AppState)) -> Self {
-        Self { name, purpose, key, ui, add_studies: |_| Ok(()), needs_visits: |_| false, needs_counts: false }
+        Self {
+            name,
+            purpose,
+            key,
+            ui,
+            add_studies: |_| Ok(()),
+            needs_visits: |_| false,
+            needs_regrets: |_| false,
+            needs_counts: false,
+        }
     }
 }

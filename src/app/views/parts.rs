@@ -165,6 +165,7 @@ pub(super) fn wait_for<K: PartialEq, V>(
     if waiting(ui, is_cancelled, text) {
         study(lab).resume();
         lab.visits.resume();
+        lab.regrets.resume();
     }
 }
 

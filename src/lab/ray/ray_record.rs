@@ -5,6 +5,9 @@ use super::step::{RayStep, Step};
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts};
 
+/// Length of the surroundings of a hit, in lengths of the ray in the leaf there.
+const AROUND_HIT: f32 = 8.0;
+
 /// A ray with all that its traversal did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RayRecord {
@@ -51,6 +54,20 @@ impl RayRecord {
     pub fn next_hit(&self, step: usize) -> Option<usize> {
         let is_hit = |step: &RayStep| matches!(step.what, Step::Event(RayEvent::Nearer { .. }));
         self.steps.iter().skip(step + 1).position(is_hit).map(|at| at + step + 1)
+    }
+
+    /// First and last distance around the hit: some times the length of the leaf that holds it, in which the ray's last steps are.
+    /// `None` of a ray that hits nothing.
+    pub fn around_hit(&self) -> Option<[f32; 2]> {
+        let (hit, _) = self.hit?;
+        let [first, last] = self.reach();
+        let holds = |span: &&Span| span.visit == Visit::Useful && span.t[0] <= hit && hit <= span.t[1];
+        let lengths = self.spans.iter().filter(holds).map(|span| span.t[1] - span.t[0]);
+        let shortest = lengths.fold(last - first, f32::min);
+        // Not below what single precision can tell apart.
+        let length = (shortest * AROUND_HIT).max((last - first) * 1e-4).min(last - first);
+        let from = (hit - length * 0.7).clamp(first, last - length);
+        Some([from, from + length])
     }
 
     /// First and last distance that are of interest: the part of the ray in the root's container, with a margin, from its start on

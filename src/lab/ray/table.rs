@@ -36,6 +36,7 @@ pub fn ray_table(title: String, record: &RayRecord) -> ReportTable {
         columns: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),
         rows: record.steps.iter().enumerate().map(row).collect(),
         notes: notes(record),
+        ..ReportTable::default()
     }
 }
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use crate::catalog::numbers::Direction;
 use crate::text::cut;
 
 /// Most characters of a cell; longer ones are cut.
@@ -19,6 +20,10 @@ pub struct ReportTable {
     pub rows: Vec<Vec<String>>,
     /// Notes on how to read the table.
     pub notes: Vec<String>,
+    /// For each column, where the better numbers are; missing ones have none.
+    pub better: Vec<Option<Direction>>,
+    /// For each row the index of its measurement, where each row is of one.
+    pub sources: Vec<usize>,
 }
 
 impl ReportTable {

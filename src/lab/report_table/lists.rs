@@ -1,11 +1,13 @@
 //! Tables with one line per measurement: sweeps, builders, threads.
 
+use std::collections::HashSet;
+
 use super::aligned::ReportTable;
 use super::format::{
     TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread, spread_note,
 };
 use crate::catalog::numbers::rows::{BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
-use crate::catalog::numbers::{NUMBERS, Number};
+use crate::catalog::numbers::{Direction, NUMBERS, Number};
 use crate::catalog::settings::{Setting, parameters};
 use crate::lab::measurement::Measurement;
 use crate::lab::quantity::{Verdict, verdict};
@@ -21,9 +23,14 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
         &[("scene", ""), ("builder", ""), ("container", "")],
     );
     table.columns.extend(symbols().map(|(_, symbol)| (symbol.to_owned(), String::new())));
+    table.better.resize(table.columns.len(), None);
+    let kinds: HashSet<_> = rows.iter().map(|row| row.container).collect();
     for (number, (name, unit)) in columns() {
         table.columns.push((name.to_owned(), unit.to_owned()));
+        let compared = number.compared.filter(|compared| compared.across_containers || kinds.len() == 1);
+        table.better.push(compared.and_then(|compared| compared.better));
         table.columns.extend(number.spread.map(|_| ("spread".to_owned(), "%".to_owned())));
+        table.better.resize(table.columns.len(), None);
     }
     let models = models(rows);
     for row in rows {
@@ -35,6 +42,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
         }
         table.rows.push(line);
     }
+    table.sources = (0..rows.len()).collect();
     table.notes.extend([READY, TRACE, TESTS].map(str::to_owned));
     table.notes.push(costs());
     table.notes.push(overlap_basis(rows));
@@ -46,22 +54,26 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
 /// or else of the first that was measured.
 pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
     let is_like = |row: &Measurement, other: &Measurement| row.model == other.model && row.container == other.container;
-    let mut groups: Vec<Vec<Measurement>> = Vec::new();
-    for row in rows {
-        match groups.iter_mut().find(|group| is_like(&group[0], row)) {
-            Some(group) => group.push(row.clone()),
-            None => groups.push(vec![row.clone()]),
+    let mut groups: Vec<Vec<(usize, &Measurement)>> = Vec::new();
+    for row in rows.iter().enumerate() {
+        match groups.iter_mut().find(|group| is_like(group[0].1, row.1)) {
+            Some(group) => group.push(row),
+            None => groups.push(vec![row]),
         }
     }
     let (mut relative, mut notes) = (Vec::new(), Vec::new());
     for group in &mut groups {
-        let base = group.iter().find(|row| row.preset.as_deref() == Some("fast")).unwrap_or(&group[0]).clone();
-        group.sort_by(|a, b| b.number(MRAYS_PER_S).total_cmp(&a.number(MRAYS_PER_S)));
-        relative.extend(group.iter().map(|row| row.number(MRAYS_PER_S) / base.number(MRAYS_PER_S)));
-        notes.push(best_of(group, &base, &models(rows)));
+        let base = group.iter().find(|(_, row)| row.preset.as_deref() == Some("fast")).unwrap_or(&group[0]).1;
+        group.sort_by(|(_, a), (_, b)| b.number(MRAYS_PER_S).total_cmp(&a.number(MRAYS_PER_S)));
+        relative.extend(group.iter().map(|(_, row)| row.number(MRAYS_PER_S) / base.number(MRAYS_PER_S)));
+        notes.push(best_of(group[0].1, base, &models(rows)));
     }
-    let mut table = list_table("Builders, the fastest to trace first", &groups.concat());
+    let (sources, sorted): (Vec<usize>, Vec<Measurement>) =
+        groups.into_iter().flatten().map(|(index, row)| (index, row.clone())).unzip();
+    let mut table = list_table("Builders, the fastest to trace first", &sorted);
+    table.sources = sources;
     table.columns.push(("relative".to_owned(), "speed".to_owned()));
+    table.better.push(Some(Direction::More));
     for (line, relative) in table.rows.iter_mut().zip(relative) {
         line.push(if relative.is_finite() { format!("{relative:.2}") } else { "–".to_owned() });
     }
@@ -70,8 +82,7 @@ pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
 }
 
 /// "teapot, box: best traces 1.31 times as fast as fast, and is the fastest".
-fn best_of(group: &[Measurement], base: &Measurement, models: &[&str]) -> String {
-    let best = &group[0];
+fn best_of(best: &Measurement, base: &Measurement, models: &[&str]) -> String {
     let which = format!("{}, {}", name_among(&best.model, models), best.container.name());
     let (name, of) = (best.builder_name(), base.builder_name());
     let compared =
@@ -226,6 +237,9 @@ mod tests {
         let table = comparison_table(&[row("hq", 3.0), row("fast", 2.0), row("aac-fast", 1.0)]);
         let ends: Vec<_> = table.rows.iter().map(|row| (row[1].as_str(), row[row.len() - 1].as_str())).collect();
         assert_eq!(ends, [("hq", "1.50"), ("fast", "1.00"), ("aac-fast", "0.50")]);
+        assert_eq!((&table.sources[..], table.better.len()), (&[0, 1, 2][..], table.columns.len()));
+        let slow_first = comparison_table(&[row("aac-fast", 1.0), row("hq", 3.0), row("fast", 2.0)]);
+        assert_eq!(slow_first.sources, [1, 2, 0], "the measurement of each row");
         assert_eq!(
             table.notes[0],
             "thing.obj, box: hq is the fastest to trace, 1.50 times as fast as fast, which all are relative to."

@@ -41,8 +41,10 @@ pub struct Shown {
     /// Smallest and largest of `depths`: levels between them are told apart by width and lightness.
     pub levels: [u32; 2],
     /// Smallest and largest value of the colour scale, in the unit of [`ColorBy`]'s shader: the square root of the depth, log2 of
-    /// the relative area, overlap as a fraction, log2 of the primitive count. The second is always larger.
+    /// the relative area, overlap as a fraction, log2 of the primitive count, log2 of the regret. The second is always larger.
     pub scale: [f32; 2],
+    /// For each node: no other tree has it. Empty where none is compared.
+    pub is_new: Vec<bool>,
 }
 
 impl Shown {
@@ -55,14 +57,19 @@ impl Shown {
         depends_on_view: false,
         levels: [0; 2],
         scale: [0.0, 1.0],
+        is_new: Vec::new(),
     };
 }
 
 impl NodeTable {
     /// The instance data of the shown nodes, computed in parallel.
     pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
-        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths);
-        nodes.map(|(&node, &depth)| self.instance(node, depth, settings)).collect()
+        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths).enumerate();
+        let instance = |(at, (&node, &depth)): (usize, (&u32, &u32))| {
+            let instance = self.instance(node, depth, settings);
+            shown.is_new.get(at).map_or(instance, |&is_new| OverlayNode { value: f32::from(is_new), ..instance })
+        };
+        nodes.map(instance).collect()
     }
 
     /// The budget is so small a part of the nodes in the depth range that a best-first walk from the first depth finds
@@ -164,7 +171,8 @@ impl NodeTable {
         let outlined = nodes.len();
         let [first, last] = [depths.iter().min(), depths.iter().max()].map(|depth| depth.copied().unwrap_or(0));
         let levels = [first, last];
-        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, levels, scale };
+        let is_new = Vec::new();
+        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, levels, scale, is_new };
         let Some(measure) = measure.filter(|_| wanted > FEW_LINES) else { return shown };
         let sizes: Vec<f32> = with_tree!(&self.accel.tree, tree => {
             let size = |&node: &u32| measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px;
@@ -202,7 +210,8 @@ impl NodeTable {
         match settings.color_by {
             ColorBy::Depth => [0.0, (self.max_depth().max(1) as f32).sqrt()],
             ColorBy::Size => fitted(&|node| self.area_share(node)),
-            ColorBy::Overlap => [0.0, 1.0],
+            ColorBy::Regret => fitted(&|node| self.regret(node)),
+            ColorBy::Overlap | ColorBy::Survival => [0.0, 1.0],
             ColorBy::Primitives => fitted(&|node| self.primitives(node) as f32),
         }
     }

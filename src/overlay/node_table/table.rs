@@ -264,6 +264,9 @@ impl NodeTable {
         if settings.color_by == ColorBy::Primitives {
             self.accel.compute_ancestry(token)?;
         }
+        if settings.color_by == ColorBy::Regret {
+            self.accel.compute_regrets(token)?;
+        }
         self.list(Some(settings), token)
     }
 
@@ -303,13 +306,17 @@ impl NodeTable {
         let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());
         let deepest = listed.saturating_sub(1) as u32;
         let is_listed = self.needed(settings) <= self.levels.listed();
-        let is_counted = settings.color_by != ColorBy::Primitives || self.accel.known_ancestry().is_some();
+        let has_color = match settings.color_by {
+            ColorBy::Primitives => self.accel.known_ancestry().is_some(),
+            ColorBy::Regret => self.accel.known_regrets().is_some(),
+            ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival => true,
+        };
         let depth = self.drawn_depths(settings);
         let [boxes, spheres] = settings.kinds(own);
         OverlaySettings {
             follows_tree: false,
             depth: Some(if is_listed { depth } else { depth.map(|depth| depth.min(deepest)) }),
-            color_by: if is_counted { settings.color_by } else { ColorBy::Depth },
+            color_by: if has_color { settings.color_by } else { ColorBy::Depth },
             show_boxes: boxes && (is_complete || own == ContainerKind::Aabb),
             show_spheres: spheres && (is_complete || own == ContainerKind::Sphere),
             ..*settings
@@ -351,6 +358,12 @@ impl NodeTable {
     /// [`node_metrics::overlap`].
     pub fn overlap(&self, node: u32) -> Option<f32> {
         with_tree!(&self.accel.tree, tree => node_metrics::overlap(tree, node))
+    }
+
+    /// Regret of the node as the colour scale shows it: at least [`LEAST_REGRET`], which stands for unknown ones too.
+    pub(super) fn regret(&self, node: u32) -> f32 {
+        let regret = self.accel.known_regrets().and_then(|regrets| regrets.regret(node));
+        regret.unwrap_or(0.0).max(LEAST_REGRET)
     }
 
     /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box
@@ -398,11 +411,17 @@ impl NodeTable {
             node,
             flags: u32::from(self.is_leaf(node)),
             area_share: self.area_share(node),
-            overlap: self.overlap(node).unwrap_or(0.0),
+            value: match settings.color_by {
+                ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
+                ColorBy::Regret => self.regret(node).log2(),
+                ColorBy::Depth | ColorBy::Size | ColorBy::Primitives | ColorBy::Survival => 0.0,
+            },
         }
     }
 }
 
+/// Part of the tree's cost from which on regrets have colours of their own.
+const LEAST_REGRET: f32 = 1e-5;
 /// Poll for cancellation every 16,384 nodes.
 const NODES_PER_CHECK: usize = 1 << 14;
 

@@ -3,7 +3,7 @@
 use bvhscope_engine::settings::BuildSettings;
 use egui::Key;
 
-use super::parts::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
+use super::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
 use crate::app::commands::clipboard::{node_text, shared_state, statistics_text};
 use crate::app::commands::command_line::command_line;
 use crate::app::commands::nodes;
@@ -85,6 +85,14 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 ];
 
 const WALKING: &[Row] = &[
+    one(
+        Action::GoTo,
+        "Go to node or triangle",
+        "Select and frame the node or triangle of a number that you type",
+        &[(CTRL, Key::G)],
+        |state, _| state.layout.toggle_go_to(),
+    )
+    .when(is_presented),
     one(Action::SelectParent, "Select parent", "Walk up from the selected node", &[(ALT, Key::ArrowUp)], |state, _| {
         nodes::select(state, nodes::parent);
     })

@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::parts::{CTRL, NONE, SHIFT, is_presented};
+use super::{CTRL, NONE, SHIFT, is_presented};
 use crate::app::commands::row::{Item, Row, current, item, many, one};
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};

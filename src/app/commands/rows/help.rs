@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::parts::{CTRL, NONE, SHIFT, flip};
+use super::{CTRL, NONE, SHIFT, flip};
 use crate::app::commands::clipboard::{shared_state, show_state};
 use crate::app::commands::row::{Item, Row, current, item, one};
 use crate::app::state::action::Action;

@@ -2,7 +2,7 @@
 
 use egui::Key;
 
-use super::parts::{ALT, NONE, is_presented};
+use super::{ALT, NONE, is_presented};
 use crate::app::commands::nodes;
 use crate::app::commands::row::{Item, Row, item, many, one};
 use crate::app::state::action::{Action, RankingStep};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use egui::Key;
 
-use super::parts::{CTRL, NONE, flip};
+use super::{CTRL, NONE, flip};
 use crate::app::commands::row::{Item, Row, item, many, one};
 use crate::app::state::action::{Action, CompareStep};
 use crate::app::state::{AppState, CompareView, SecondTree, TreeSide};

@@ -3,7 +3,7 @@
 use bvhscope_engine::cancel::CancelToken;
 use egui::Key;
 
-use super::parts::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
+use super::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
 use crate::app::commands::camera;
 use crate::app::commands::row::{Item, Row, current, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
@@ -88,6 +88,28 @@ const CAMERA: &[Row] = &[
     )
     .when(is_presented),
     current(cameras_of_file, camera::go_to_camera_of_file).within("Cameras of the file"),
+    one(
+        Action::CameraBack,
+        "Previous view",
+        "Go back to the camera before the last move",
+        &[(NONE, Key::Backspace)],
+        |state, _| {
+            state.undo.cameras.back(&mut state.wanted.camera);
+        },
+    )
+    .when(|state, _| state.undo.cameras.can_go_back(&state.wanted.camera))
+    .repeated()
+    .yielding(),
+    one(
+        Action::CameraForward,
+        "Next view",
+        "Go forward to the camera that was left by going back",
+        &[(SHIFT, Key::Backspace)],
+        |state, _| state.undo.cameras.forward(&mut state.wanted.camera),
+    )
+    .when(|state, _| state.undo.cameras.can_go_forward(&state.wanted.camera))
+    .repeated()
+    .yielding(),
     one(Action::AddBookmark, "Add bookmark", "Keep this camera, to come back to it", &[(CTRL, Key::D)], |state, _| {
         camera::add_bookmark(state);
     }),

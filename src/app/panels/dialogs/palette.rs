@@ -1,8 +1,8 @@
-//! Command palette: finds any action by typing and runs it.
+//! Command palette: finds any action by typing and runs it. The field for the number of a node or triangle.
 
 use egui::{self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichText, ScrollArea, TextEdit, vec2};
 
-use crate::app::commands::{entries_for, search};
+use crate::app::commands::{entries_for, go_to, search};
 use crate::app::state::AppState;
 use crate::app::theme;
 
@@ -83,5 +83,44 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     state.layout.palette = if run.is_some() || outside { None } else { Some(query) };
     if let Some(action) = run {
         action.perform(state);
+    }
+}
+
+/// Shows the field for a number while it is open.
+pub(crate) fn show_go_to(ctx: &egui::Context, state: &mut AppState) {
+    let Some((mut text, mut fault)) = state.layout.go_to.clone() else { return };
+    let enter = ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
+    let area = Area::new(Id::unique("go to"))
+        .order(Order::Foreground)
+        .anchor(Align2::CENTER_TOP, vec2(0.0, 48.0))
+        .accessible_name("Go to node or triangle");
+    let is_new = !ctx.memory(|memory| memory.areas().is_visible(&area.layer()));
+    let response = area.show(ctx, |ui| {
+        Frame::popup(ui.style()).inner_margin(8).show(ui, |ui| {
+            ui.set_width(WIDTH.min(ctx.content_rect().width() - 32.0).max(0.0) * 0.7);
+            let hint = "Number of a node, or of a triangle: 123, node 123, triangle 45, t45";
+            let field = ui.add(TextEdit::singleline(&mut text).hint_text(hint).desired_width(f32::INFINITY));
+            field.widget_info(|| {
+                let mut info = egui::WidgetInfo::text_edit(true, &text, &text, hint);
+                info.label = Some("Number".to_owned());
+                info
+            });
+            field.request_focus();
+            if field.changed() {
+                fault.clear();
+            }
+            let palette = theme::palette(ui);
+            let (line, color) = if fault.is_empty() {
+                ("Enter selects and frames it, Esc closes", palette.dim)
+            } else {
+                (fault.as_str(), palette.warning)
+            };
+            ui.add(egui::Label::new(RichText::new(line).color(color)).wrap());
+        });
+    });
+    let outside = !is_new && response.response.clicked_elsewhere();
+    state.layout.go_to = Some((text.clone(), fault)).filter(|_| !outside);
+    if enter {
+        state.layout.go_to = go_to(state, &text).err().map(|fault| (text, fault));
     }
 }

@@ -5,10 +5,10 @@ use egui::{
     WidgetInfo, pos2, vec2,
 };
 
-use crate::app::state::{AppState, CompareView};
+use crate::app::state::{AppState, CompareView, TreeSide};
 use crate::app::{format, theme};
 use crate::lab::diff::{DifferenceMap, diverging};
-use crate::overlay::{self, Role};
+use crate::overlay::{self, ColorBy, Role};
 use crate::render::{Frame, HeatKind, Shading};
 use bvhscope_engine::construction::Cut;
 
@@ -95,7 +95,12 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let nodes = state.layout.graphics.shown.as_ref()?;
     let standing = state.layout.graphics.standing.as_ref();
     let table = standing.and_then(|standing| standing.table()).unwrap_or(&shown.table);
-    let mut legend = overlay::legend(&table.drawable(settings), table, nodes);
+    let mut drawn = table.drawable(settings);
+    if drawn.color_by == ColorBy::Survival && nodes.is_new.is_empty() {
+        // The other tree is not known yet.
+        drawn.color_by = ColorBy::Depth;
+    }
+    let mut legend = overlay::legend(&drawn, table, nodes);
     // Listed even while no container is hovered, so that the legend's height stays the same.
     let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
     let mut marked: Vec<(&[Role], &str)> = Vec::new();
@@ -145,6 +150,8 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
             format!("depths {first} to {last}")
         };
         ("Containers".to_owned(), Part::Swatches(vec![(vec![[255; 3]], depths)]))
+    } else if drawn.color_by == ColorBy::Survival {
+        survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
     } else {
         let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
         (format!("Containers: {}", lower(legend.title)), ramp)
@@ -159,6 +166,26 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         title,
         parts: [colors, swatches(&marked)].into_iter().chain(filled).chain(of_ray).chain(cut).collect(),
     })
+}
+
+/// Title and colours where these tell which nodes another tree has too; `is_before` for the clusters of a tree before its passes.
+fn survivors_legend(state: &AppState, is_before: bool) -> (String, Part) {
+    let [title, same, new] = match (state.wanted.second, state.shown_view(), is_before) {
+        (Some(_), CompareView::B, _) => ["Containers of B: triangles of one node", "also in A", "only in B"],
+        (Some(_), CompareView::Split, _) => ["Containers: triangles of one node", "in both trees", "in one only"],
+        (Some(_), ..) => ["Containers of A: triangles of one node", "also in B", "only in A"],
+        (None, _, false) => ["Containers: triangles of one node", "before the passes too", "moved by them"],
+        (None, _, true) => ["Clusters before the passes", "kept", "moved"],
+    };
+    let side = usize::from(is_before || state.shown_view() == CompareView::B);
+    let interior = state.shown_tree(TreeSide::ALL[side]).map(|shown| &shown.accel.report.stats);
+    let kept = state.compared().zip(interior).map(|(survival, stats)| {
+        let all = (stats.nodes - stats.leaves).max(1) as f64;
+        format!(" ({})", format::percent((survival[side].interior as f64 / all).min(1.0)))
+    });
+    let same = format!("{same}{}", kept.filter(|_| !is_before).unwrap_or_default());
+    let swatches = [(0.0, same), (1.0, new.to_owned())].map(|(at, name)| (vec![overlay::ramp(at)], name));
+    (title.to_owned(), Part::Swatches(swatches.to_vec()))
 }
 
 fn lower(text: &str) -> String {

@@ -2,8 +2,8 @@
 
 use egui::{self, Label, RichText, Ui};
 
-use crate::app::state::AppState;
 use crate::app::state::lab::CurveState;
+use crate::app::state::{AppState, before_passes};
 use crate::app::widgets::{Header, SliderSpec, check, combo, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
@@ -29,6 +29,10 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                     "Surface that its two children have in common, over its own: rays there must visit both. Of more children, the sum over all pairs"
                 }
                 ColorBy::Primitives => "Number of triangles below it: where the model is dense",
+                ColorBy::Regret => "What rebuilding it would save: where the tree is bad",
+                ColorBy::Survival => {
+                    "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
+                }
             };
             (choice, choice.label(), meaning)
         });
@@ -45,6 +49,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             ("Containers are off: B shows them".to_owned(), color.dim)
         } else if !shown {
             ("Neither boxes nor spheres are chosen".to_owned(), color.dim)
+        } else if state.colors_by(ColorBy::Survival) && has_no_other(state) {
+            ("Nothing to compare with: add a tree B (Ctrl+2), or choose passes".to_owned(), color.warning)
         } else if wanted > drawn {
             let drawn = format::count(drawn as u64);
             (format!("{drawn} of {} shown: the largest on screen", format::count(wanted as u64)), color.warning)
@@ -58,6 +64,11 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     if reset {
         state.wanted.overlay = OverlaySettings { depth: state.wanted.overlay.depth, ..OverlaySettings::default() };
     }
+}
+
+/// Whether there is no second tree, and the first had no passes.
+fn has_no_other(state: &AppState) -> bool {
+    state.wanted.second.is_none() && state.presented_tree().is_some_and(|accel| before_passes(&accel).is_none())
 }
 
 /// Which kinds of containers are drawn: those of the tree, until one is chosen by hand.

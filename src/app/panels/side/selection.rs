@@ -140,7 +140,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
     let visits = state.lab.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
-    for metric in [metrics::OVERLAP, metrics::EMPTY_SPACE] {
+    for metric in [metrics::OVERLAP, metrics::EMPTY_SPACE, metrics::REGRET] {
         if let Some(value) = values.get(metric, node) {
             let row = Statistic::new(metric.label, format::of_metric(metric, value)).tip(metric.meaning);
             statistic(ui, state, &if let Some(term) = metric.term { row.term(term) } else { row });

@@ -10,7 +10,7 @@ mod ray;
 pub use icicle::{IcicleInputs, IcicleLayout, IcicleState, SharedIcicle};
 pub use merges::{MergesState, SharedMerges, Standing};
 pub use nodes::{NodesState, Outline, OutlineRow, RankingInputs};
-pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet};
+pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet, TreeToMeasure};
 pub use ray::{RayOutcome, RaySource, RayState, SPEEDS, SharedRayView};
 
 use std::sync::{Arc, Weak};
@@ -39,6 +39,10 @@ pub struct LabState {
     pub findings: Study<(), Vec<Finding>>,
     /// The nodes of the first tree that the second has too, and the other way round.
     pub survival: Study<OtherTree, [Survival; 2]>,
+    /// The nodes of the first tree that it had before its passes too, and the other way round.
+    pub moved: Study<(), [Survival; 2]>,
+    /// What rebuilding subtrees would save; the tree keeps it.
+    pub regrets: Study<(), ()>,
     /// Readings that are taken while nothing else happens.
     pub at_rest: AtRestState,
     /// The ray in the view "Ray".
@@ -73,9 +77,12 @@ impl LabState {
         self.visits.resume();
     }
 
-    /// Inputs of the list of worst nodes of `accel`; `None` while visits are needed and not known.
+    /// Inputs of the list of worst nodes of `accel`; `None` while visits or regrets are needed and not known.
     pub fn ranking_inputs(&self, accel: &Arc<Accel>) -> Option<RankingInputs> {
         let order = self.nodes.order;
+        if order.metric.needs_regrets {
+            self.regrets.get(accel, &())?;
+        }
         let visits = self.needed_visits(accel, order.metric.needs_visits).ok()?;
         Some(RankingInputs { order, visits })
     }
@@ -106,9 +113,10 @@ impl LabState {
         }
     }
 
-    /// Whether the user has stopped what measures the visits of `accel`.
+    /// Whether the user has stopped what measures the visits of `accel`, or what rebuilds its subtrees.
     pub fn is_measuring_stopped(&self, accel: &Arc<Accel>) -> bool {
-        self.rays(&accel.scene).is_some_and(|rays| self.visits.is_cancelled(accel, &rays))
+        self.regrets.is_cancelled(accel, &())
+            || self.rays(&accel.scene).is_some_and(|rays| self.visits.is_cancelled(accel, &rays))
     }
 
     /// The visits of `accel` where they are `needed`; an error while they are not known.

@@ -33,7 +33,7 @@ pub struct NodesState {
 
 impl Default for NodesState {
     fn default() -> Self {
-        let order = NodeOrder { metric: metrics::COST, ascending: false, min_area: 0.001 };
+        let order = NodeOrder { metric: metrics::REGRET, ascending: false, min_area: 0.001 };
         Self { order, ranking: Study::default(), revealed: None }
     }
 }

@@ -9,11 +9,14 @@ use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
 use crate::app::state::study::Study;
 use crate::catalog::settings::short_name;
+use crate::lab::at_rest::measure_at_rest;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
-use crate::lab::population::ViewRays;
+use crate::lab::population::{MeasuredRays, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 
 /// Most trees of a session that are kept: those that were built last.
@@ -29,11 +32,13 @@ pub enum PlotKind {
     Prediction,
     /// Build time against quality; a dot is a tree.
     Speed,
+    /// The trees in a table.
+    List,
 }
 
 impl PlotKind {
     /// All, in the order of their buttons.
-    pub const ALL: [Self; 3] = [Self::Nodes, Self::Prediction, Self::Speed];
+    pub const ALL: [Self; 4] = [Self::Nodes, Self::Prediction, Self::Speed, Self::List];
 
     /// The name on its button.
     pub const fn label(self) -> &'static str {
@@ -41,6 +46,7 @@ impl PlotKind {
             Self::Nodes => "Nodes: visits",
             Self::Prediction => "Trees: SAH and EPO",
             Self::Speed => "Trees: speed and quality",
+            Self::List => "Trees: list",
         }
     }
 
@@ -52,6 +58,9 @@ impl PlotKind {
                 "How well SAH cost and end-point overlap predict what rays really cost, over several trees"
             }
             Self::Speed => "What a better tree takes to build: on the line lie those that no other beats in both",
+            Self::List => {
+                "The trees of this session with their readings, to measure them, go back to one, or compare two"
+            }
         }
     }
 }
@@ -126,6 +135,8 @@ pub struct PlottedTree {
     pub build_ms: Option<f64>,
     /// SAH cost.
     pub sah_cost: f64,
+    /// Tests of a ray that enters the root in the measuring view, once they are counted.
+    pub tests: Option<f64>,
     /// End-point overlap, once it is known.
     pub epo: Option<f64>,
     /// Measured cost of the chosen rays, where it was measured.
@@ -133,6 +144,20 @@ pub struct PlottedTree {
 }
 
 impl PlottedTree {
+    /// `accel` with what is known of it, without a cost.
+    fn of(accel: &Accel) -> Self {
+        let reading = accel.reading();
+        Self {
+            build: accel.settings,
+            file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
+            build_ms: reading.build.map(|times| times.ms),
+            sah_cost: f64::from(accel.report.stats.sah_cost),
+            tests: accel.entering_tests().map(f64::from),
+            epo: accel.known_epo().map(|epo| f64::from(epo.value)),
+            cost: None,
+        }
+    }
+
     /// The number by which it is judged.
     pub const fn quality(&self, quality: TreeQuality) -> Option<f64> {
         match quality {
@@ -166,6 +191,20 @@ struct SessionTree {
     tree: PlottedTree,
     /// The measured costs, each with its rays.
     costs: Vec<(ViewRays, f64)>,
+    /// Its build was repeated, or is known to be impossible.
+    is_measured: bool,
+}
+
+impl SessionTree {
+    /// The tree `tree`, which was not measured yet.
+    const fn new(tree: PlottedTree) -> Self {
+        Self { tree, costs: Vec::new(), is_measured: false }
+    }
+
+    fn note_cost(&mut self, rays: ViewRays, cost: f64) {
+        self.costs.retain(|(of, _)| *of != rays);
+        self.costs.push((rays, cost));
+    }
 }
 
 /// The trees of the presented scene that were shown, each settings once.
@@ -184,41 +223,85 @@ impl SessionTrees {
         if accel.file.is_none() && accel.settings.builder == BuilderKind::None {
             return;
         }
-        let tree = PlottedTree {
-            build: accel.settings,
-            file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
-            build_ms: accel.build_ms(),
-            sah_cost: f64::from(accel.report.stats.sah_cost),
-            epo: accel.known_epo().map(|epo| f64::from(epo.value)),
-            cost: None,
-        };
+        let tree = PlottedTree::of(accel);
+        let is_measured = accel.whole_builds().is_some() && tree.tests.is_some();
         if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
             if accel.file.is_some() && known.tree.sah_cost != tree.sah_cost {
                 // The file was written anew.
-                *known = SessionTree { tree, costs: Vec::new() };
+                *known = SessionTree::new(tree);
             } else {
-                known.tree = PlottedTree { epo: tree.epo.or(known.tree.epo), ..tree };
+                let before = &known.tree;
+                // A tree that is built again is not measured again.
+                let build_ms = if known.is_measured && !is_measured { before.build_ms } else { tree.build_ms };
+                let (epo, tests) = (tree.epo.or(before.epo), tree.tests.or(before.tests));
+                known.tree = PlottedTree { build_ms, epo, tests, ..tree };
+                known.is_measured |= is_measured;
             }
             return;
         }
         if self.trees.len() == MOST_TREES {
             self.trees.remove(0);
         }
-        self.trees.push(SessionTree { tree, costs: Vec::new() });
+        self.trees.push(SessionTree { is_measured, ..SessionTree::new(tree) });
+    }
+
+    /// Settings of the trees that lack a reading or what `rays` cost in them. Trees of files are not built here.
+    pub fn unmeasured(&self, rays: Option<ViewRays>) -> impl Iterator<Item = BuildSettings> {
+        let knows = move |tree: &SessionTree, rays: ViewRays| tree.costs.iter().any(|(of, _)| *of == rays);
+        let lacks = move |tree: &&SessionTree| {
+            tree.tree.file.is_none() && (!tree.is_measured || rays.is_some_and(|rays| !knows(tree, rays)))
+        };
+        self.trees.iter().filter(lacks).map(|tree| tree.tree.build)
+    }
+
+    /// Notes what was measured of a tree; of one that cannot be built nothing, and it is not tried again.
+    fn note_measured(&mut self, wanted: &TreeToMeasure, measured: Option<&PlottedTree>) {
+        let is_it = |known: &&mut SessionTree| known.tree.file.is_none() && known.tree.build == wanted.build;
+        let Some(known) = self.trees.iter_mut().find(is_it) else { return };
+        known.is_measured = true;
+        if let Some(measured) = measured {
+            known.tree = PlottedTree { cost: None, ..measured.clone() };
+        }
+        known.note_cost(wanted.rays, measured.and_then(|measured| measured.cost).unwrap_or(f64::NAN));
     }
 
     /// Notes what `rays` cost in a tree that was noted.
     pub fn note_cost(&mut self, accel: &Accel, rays: ViewRays, cost: f64) {
         if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
-            known.costs.retain(|(of, _)| *of != rays);
-            known.costs.push((rays, cost));
+            known.note_cost(rays, cost);
         }
     }
 
     /// The trees with what `rays` cost in them.
     pub fn plotted(&self, rays: Option<ViewRays>) -> Vec<PlottedTree> {
         let cost = |tree: &SessionTree| tree.costs.iter().find(|(of, _)| Some(*of) == rays).map(|(_, cost)| *cost);
+        let cost = |tree: &SessionTree| cost(tree).filter(|cost| cost.is_finite());
         self.trees.iter().map(|tree| PlottedTree { cost: cost(tree), ..tree.tree.clone() }).collect()
+    }
+}
+
+/// A tree of the session that is built again to be measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TreeToMeasure {
+    /// Its settings.
+    pub build: BuildSettings,
+    /// The rays whose cost is measured.
+    pub rays: ViewRays,
+}
+
+impl TreeToMeasure {
+    /// Builds the tree of `scene`, repeats that, and counts rays: a second or two. `None` of a tree that cannot be built.
+    pub fn measure(&self, scene: &Arc<Scene>, token: &CancelToken) -> Result<Option<PlottedTree>, Cancelled> {
+        let accel = match Accel::build_binary(scene, &self.build, &token.part(0, 3)) {
+            Ok(accel) => Arc::new(accel),
+            Err(BuildError::Refused(_)) => return Ok(None),
+            Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
+        };
+        measure_at_rest(&accel, &token.part(1, 3))?;
+        accel.epo(token)?;
+        let visits = self.rays.measure(&accel, &token.part(2, 3))?;
+        let sums = MeasuredRays::new(self.rays.population(), &accel, &visits, token)?;
+        Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))
     }
 }
 
@@ -244,6 +327,10 @@ pub struct PlotsState {
     pub scatter: Study<ScatterInputs, VisitScatter>,
     /// The trees of this session.
     pub session: SessionTrees,
+    /// All trees of the session are to be measured, one after the other.
+    pub measures_all: bool,
+    /// What was measured last of them.
+    pub measured: Study<TreeToMeasure, Option<PlottedTree>>,
 }
 
 /// The plots' part of a shared state.
@@ -260,8 +347,29 @@ impl PlotsState {
 
     /// Its part of a shared state.
     pub fn shared(&self) -> SharedPlots {
-        let Self { kind, set, quality, scatter: _, session: _ } = self;
+        let Self { kind, set, quality, scatter: _, session: _, measures_all: _, measured: _ } = self;
         SharedPlots { kind: *kind, set: *set, quality: *quality }
+    }
+
+    /// The next tree of the session to be measured by `rays` while all are to be, beside the presented tree `accel`. Takes what was
+    /// measured.
+    pub fn next_to_measure(&mut self, accel: &Arc<Accel>, rays: ViewRays) -> Option<TreeToMeasure> {
+        while self.measures_all {
+            let wanted = self.session.unmeasured(Some(rays)).next().map(|build| TreeToMeasure { build, rays });
+            match wanted {
+                Some(wanted) if self.measured.is_cancelled(accel, &wanted) => self.measured.resume(),
+                Some(wanted) => match self.measured.get(accel, &wanted) {
+                    Some(measured) => {
+                        self.session.note_measured(&wanted, (**measured).as_ref());
+                        continue;
+                    }
+                    None => return Some(wanted),
+                },
+                None => {}
+            }
+            self.measures_all = false;
+        }
+        None
     }
 
     /// Shows what another window showed.

@@ -51,6 +51,8 @@ pub struct RayState {
     pub remark: Option<&'static str>,
     /// The record.
     pub record: Study<RayRequest, RayOutcome>,
+    /// The record of the same ray in the second tree.
+    pub second: Study<RayRequest, RayOutcome>,
     /// Index of the present step.
     pub cursor: usize,
     /// The steps are replayed.
@@ -97,6 +99,7 @@ impl Default for RayState {
             fault: None,
             remark: None,
             record: Study::default(),
+            second: Study::default(),
             cursor: 0,
             playing: false,
             speed: 8.0,
@@ -121,7 +124,7 @@ impl RayState {
             // In the shared state beside this part, as in earlier versions.
             source: _, cursor: _,
             // Derived, or of the moment.
-            fault: _, remark: _, record: _, playing: _, wants_focus: _, elapsed: _, revealed: _, shown: _,
+            fault: _, remark: _, record: _, second: _, playing: _, wants_focus: _, elapsed: _, revealed: _, shown: _,
         } = self;
         let (kind, method, picks) = (*kind, *method, *picks);
         SharedRayView { kind, method, picks, typed: typed.clone(), speed: *speed, zoom: *zoom }
@@ -206,6 +209,11 @@ impl RayState {
         if self.fault.is_none() {
             self.typed = [origin, direction].map(|v| format!("{}, {}, {}", v.x, v.y, v.z));
         }
+    }
+
+    /// Shows the surroundings of the hit in the strip, or the whole ray where a part is shown.
+    pub fn toggle_zoom(&mut self, record: &RayRecord) {
+        self.zoom = if self.zoom.is_some() { None } else { record.around_hit() };
     }
 
     /// Goes by `by` steps in a record of `steps`, and stops the replay.

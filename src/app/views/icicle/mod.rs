@@ -29,6 +29,7 @@ pub(super) const VIEW: View = View {
         let IcicleState { width, color, .. } = state.lab.icicle;
         width == IcicleWidth::Visits || color.needs_visits
     },
+    needs_regrets: |state| state.lab.icicle.color.needs_regrets,
     ..View::new(IcicleState::VIEW, PURPOSE, Key::F7, show)
 };
 

@@ -17,12 +17,13 @@ const OUTLINE_SHARE: f32 = 0.4;
 /// Gap between outline and list in points.
 const GAP: f32 = 24.0;
 
-const PURPOSE: &str = "Which nodes make rays slow: the worst by cost, overlap, empty space or measured visits";
+const PURPOSE: &str = "Which nodes make rays slow: the worst by regret, cost, overlap, empty space or measured visits";
 
 /// The nodes that cost most.
 pub(super) const VIEW: View = View {
     add_studies: add_ranking,
     needs_visits: |_| true,
+    needs_regrets: |_| true,
     needs_counts: true,
     ..View::new(NodesState::VIEW, PURPOSE, Key::F9, show)
 };

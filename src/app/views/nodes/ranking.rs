@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use egui::{
-    self, Align, Align2, Layout, Rect, RichText, Role, Sense, Shape, Stroke, TextStyle, Ui, WidgetInfo, pos2, vec2,
-};
+use egui::{self, Align, Align2, Layout, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::views::parts::{self, Cell};
+use crate::app::views::table::HeaderCell;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::catalog::metrics::{METRICS, Metric, RANKED};
@@ -16,7 +15,7 @@ use crate::lab::node_values::NodeValues;
 
 /// Width of the column of a metric in points.
 fn column(metric: &Metric) -> f32 {
-    if metric.label.chars().count() > 12 { 116.0 } else { 84.0 }
+    if metric.label.chars().count() > 12 { 116.0 } else { 72.0 }
 }
 
 /// Shows the list.
@@ -46,7 +45,15 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let is_ranked = state.lab.nodes.ranking.of_tree(&shown.accel).is_some();
     let without_rays = parts::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
-    let text = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
+    let text = if is_ranked && state.lab.nodes.order.metric.needs_regrets && !shown.accel.report.stats.is_binary() {
+        "Subtrees are rebuilt of binary trees only"
+    } else if is_ranked {
+        "No node is that large and has this number"
+    } else if state.lab.nodes.order.metric.needs_regrets {
+        "Rebuilding subtrees, to see what each could save"
+    } else {
+        "Ranking the nodes"
+    };
     let text = without_rays.unwrap_or(text);
     parts::wait_for(ui, &mut state.lab, &shown.accel, |lab| &mut lab.nodes.ranking, LabState::ranking_inputs, text);
 }
@@ -91,29 +98,13 @@ fn header(ui: &mut Ui, state: &mut AppState) {
     let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
     for metric in RANKED.into_iter().rev() {
         let place = Rect::from_min_max(pos2(right - column(metric), rect.top()), pos2(right, rect.bottom()));
-        let response = ui.interact(place, ui.scope_id().with(("sort", metric)), Sense::click());
-        let name = format!("Sort by {}", metric.label);
-        response.widget_info(|| WidgetInfo::selected(Role::Button, true, order.metric == metric, &name));
-        let on = order.metric == metric;
-        let is_hot = response.hovered() || response.has_focus();
-        let color = if is_hot {
-            ui.visuals().strong_text_color()
-        } else if on {
-            palette.text
-        } else {
-            palette.dim
+        let cell = HeaderCell {
+            label: metric.label,
+            tip: &format!("{}. A click sorts by it, a second one the other way round", metric.meaning),
+            sorted: (order.metric == metric).then_some(order.ascending),
+            align: Align2::RIGHT_CENTER,
         };
-        let text = ui.painter().text(place.right_center(), Align2::RIGHT_CENTER, metric.label, font.clone(), color);
-        if on {
-            // Points down where the largest come first.
-            let tip = if order.ascending { -3.0 } else { 3.0 };
-            let middle = pos2(text.left() - 8.0, place.center().y);
-            let corners = [vec2(-3.5, -tip * 0.7), vec2(3.5, -tip * 0.7), vec2(0.0, tip)];
-            let points = corners.map(|offset| middle + offset).to_vec();
-            ui.painter().add(Shape::convex_polygon(points, color, Stroke::NONE));
-        }
-        if response.tip(format!("{}. A click sorts by it, a second one the other way round", metric.meaning)).clicked()
-        {
+        if cell.show(ui, place, ui.scope_id().with(("sort", metric))) {
             state.lab.nodes.sort_by(metric);
         }
         right -= column(metric) + parts::GAP;

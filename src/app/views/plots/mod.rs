@@ -1,13 +1,14 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
 mod nodes;
+mod session;
 mod table;
 mod trees;
 
 use egui::{self, Align, Key, Layout, Ui};
 
 use super::parts;
-use crate::app::state::lab::{PlotKind, PlotsState, ScatterInputs, TreeQuality, TreeSet};
+use crate::app::state::lab::{PlotKind, PlotsState, ScatterInputs, TreeQuality, TreeSet, TreeToMeasure};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::studies::{Studies, StudyPlan};
@@ -19,7 +20,7 @@ const PURPOSE: &str = "What the SAH predicts against what rays really do: visits
 
 /// Nodes and trees as plots.
 pub(super) const VIEW: View =
-    View { add_studies: add_scatter, needs_visits: |_| true, ..View::new(PlotsState::VIEW, PURPOSE, Key::F10, show) };
+    View { add_studies, needs_visits: |_| true, ..View::new(PlotsState::VIEW, PURPOSE, Key::F10, show) };
 
 fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = parts::presented_tree(ui, state, "Open a model to plot its tree") else { return };
@@ -45,6 +46,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         PlotKind::Nodes => nodes::show(ui, state, &shown),
         PlotKind::Prediction => trees::show_predictions(ui, state, &shown),
         PlotKind::Speed => trees::show_speed(ui, state, &shown),
+        PlotKind::List => session::show(ui, state, &shown),
     }
 }
 
@@ -74,9 +76,10 @@ fn sets(ui: &mut Ui, state: &mut AppState) {
 fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let has_any = match state.lab.plots.kind {
         PlotKind::Nodes => state.lab.plots.scatter.of_tree(&shown.accel).is_some(),
-        PlotKind::Prediction | PlotKind::Speed => !trees::plotted(state, shown).is_empty(),
+        _ => !trees::plotted(state, shown).is_empty(),
     };
-    let save = ui.add_enabled(has_any, egui::Button::new("PNG"));
+    let has_plot = has_any && state.lab.plots.kind != PlotKind::List;
+    let save = ui.add_enabled(has_plot, egui::Button::new("PNG"));
     if save.tip("Save the plot as a picture in the current folder").clicked() {
         let label = shown.accel.scene.source.label();
         let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
@@ -88,6 +91,12 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let (text, note) = table::tsv(state, shown);
         state.copy(text, &note);
     }
+}
+
+/// Adds the studies.
+fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+    add_scatter(studies)?;
+    add_session(studies)
 }
 
 /// Adds the study: the scatter of nodes by predicted and measured visits.
@@ -108,4 +117,20 @@ fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
         accel.epo(token)?;
         VisitScatter::new(accel, inputs.rays.population(), &inputs.visits, token)
     })
+}
+
+/// Adds the study: the readings of a tree of the session, while all of them are to be measured.
+fn add_session(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        "session",
+        "Measuring trees",
+        |state| &mut state.lab.plots.measured,
+        |state, _| {
+            let accel = state.tree_of_view(PlotsState::VIEW)?;
+            let rays = state.lab.rays(&accel.scene)?;
+            let wanted = state.lab.plots.next_to_measure(&accel, rays)?;
+            Some((accel, wanted))
+        },
+    );
+    studies.add(plan, |accel, wanted: &TreeToMeasure, token| wanted.measure(&accel.scene, token))
 }

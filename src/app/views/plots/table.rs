@@ -21,6 +21,7 @@ pub(super) const fn stem(state: &AppState) -> &'static str {
         PlotKind::Nodes => "visits",
         PlotKind::Prediction => "prediction",
         PlotKind::Speed => "speed",
+        PlotKind::List => "trees",
     }
 }
 
@@ -30,15 +31,15 @@ pub(super) fn tsv(state: &AppState, shown: &Presented) -> (String, String) {
         let (text, count) = nodes_tsv(state, shown);
         return (text, format!("{} copied", format::counted(count as u64, "node")));
     }
-    let mut text = String::from("Tree\tBuild time (ms)\tSAH cost\tEPO\tMeasured cost\tRays\n");
+    let mut text = String::from("Tree\tBuild time (ms)\tSAH cost\tTests per entering ray\tEPO\tMeasured cost\tRays\n");
     let trees = plotted(state, shown);
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     for tree in &trees {
         let rays = if tree.cost.is_some() { state.lab.population.name() } else { "" };
-        let [sah_cost, epo, cost] = [Some(tree.sah_cost), tree.epo, tree.cost].map(cell);
+        let [sah_cost, tests, epo, cost] = [Some(tree.sah_cost), tree.tests, tree.epo, tree.cost].map(cell);
         let build_ms = cell(tree.build_ms);
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{}\t{build_ms}\t{sah_cost}\t{epo}\t{cost}\t{rays}", tree.name());
+        let _ = writeln!(text, "{}\t{build_ms}\t{sah_cost}\t{tests}\t{epo}\t{cost}\t{rays}", tree.name());
     }
     (text, format!("{} copied", format::counted(trees.len() as u64, "tree")))
 }
@@ -80,6 +81,7 @@ pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
             };
             plots.map(chart).into()
         }
+        PlotKind::List => Vec::new(),
         PlotKind::Speed => {
             let (dots, axes, front) = speed_plot(state, shown);
             let line = front.iter().map(|&index| dots[index].at);

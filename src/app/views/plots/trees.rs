@@ -6,12 +6,12 @@ use egui::{self, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, Ui, Widg
 
 use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::paper::settings_of;
-use crate::app::state::{AppState, Presented};
+use crate::app::state::{AppState, Presented, SecondTree, TreeSide};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::parts;
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
-use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST};
+use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST, TESTS_PER_ENTERING_RAY};
 use crate::lab::Measurement;
 use crate::lab::plot::Axis;
 use crate::lab::population::Population;
@@ -51,6 +51,7 @@ fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
         file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
         build_ms: row.values.known(BUILD_MS),
         sah_cost: row.number(SAH_COST),
+        tests: row.values.known(TESTS_PER_ENTERING_RAY),
         epo: row.values.known(EPO),
         cost: rays.filter(|rays| rays.root_hits > 0).map(|rays| rays.cost),
     })
@@ -156,7 +157,7 @@ fn unmeasured(ui: &mut Ui, state: &AppState, shown: &Presented) {
     let [is, it] = if count == 1 { ["is", "it"] } else { ["are", "them"] };
     let text = match state.lab.plots.set {
         TreeSet::Session => format!(
-            "{trees} {is} not plotted: no measured cost, because this view was closed or measured by other rays. Show {it} again while it is open"
+            "{trees} {is} not plotted: no measured cost, because this view was closed or measured by other rays. “Trees: list” measures {it}"
         ),
         TreeSet::Measured(_) => format!("{trees} {is} not plotted: measured without these rays. Measure again"),
     };
@@ -220,13 +221,20 @@ fn plot(
         }
     }
     if let Some(tree) = clicked {
-        let file = tree.file.map(|(path, _)| path);
-        if file.is_none() {
-            *state.edited_build_mut() = tree.build;
-        }
         let side = state.edited_side();
-        state.wanted.set_tree_file(side, file);
+        request(state, &tree, side);
     }
+}
+
+/// Builds or reads `tree` as the one on `side`; a second tree is added where there is none.
+pub(super) fn request(state: &mut AppState, tree: &PlottedTree, side: TreeSide) {
+    let build = if tree.file.is_none() { tree.build } else { *state.wanted.build_of(side) };
+    match (side, &mut state.wanted.second) {
+        (TreeSide::A, _) => state.wanted.build = build,
+        (TreeSide::B, Some(second)) => second.build = build,
+        (TreeSide::B, second) => *second = Some(SecondTree::new(build)),
+    }
+    state.wanted.set_tree_file(side, tree.file.as_ref().map(|(path, _)| path.clone()));
 }
 
 /// A tree as text: "AAC δ 6 ε 0.2, box: built in 12 ms, SAH cost 30, EPO 2, measured cost 24 by Primary rays".

@@ -5,10 +5,12 @@ mod strip;
 mod toolbar;
 mod transport;
 
+use std::sync::Arc;
+
 use egui::{Key, Layout, Rect, RichText, Ui, UiBuilder, vec2};
 
 use crate::app::state::AppState;
-use crate::app::state::lab::RayState;
+use crate::app::state::lab::{RayOutcome, RayState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
 use crate::app::views::{View, parts};
@@ -55,7 +57,9 @@ fn show(ui: &mut Ui, state: &mut AppState) {
             replay(ui, state, record);
             transport::show(ui, state, &shown, record);
             transport::totals(ui, state, &shown, record);
-            ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record));
+            let second = second_record(state);
+            let second = second.as_deref().and_then(|second| second.as_ref().ok());
+            ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record, second));
             if is_of_tree {
                 light_up(state, record);
             }
@@ -83,8 +87,14 @@ fn replay(ui: &Ui, state: &mut AppState, record: &RayRecord) {
     }
 }
 
-/// The strip, the steps and the stack side by side.
-fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
+/// The record of the same ray in the second tree.
+fn second_record(state: &AppState) -> Option<Arc<RayOutcome>> {
+    let (accel, request) = state.wanted_second_ray()?;
+    state.lab.ray.second.get(&accel, &request).cloned()
+}
+
+/// The strip, or those of both trees, the steps and the stack side by side.
+fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord, second: Option<&RayRecord>) {
     let all = ui.available_rect_before_wrap();
     let with_events = all.width() >= MIN_STRIP + EVENTS_WIDTH + GAP;
     let with_stack = all.width() >= MIN_STRIP + EVENTS_WIDTH + STACK_WIDTH + 2.0 * GAP;
@@ -97,7 +107,10 @@ fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     let stack_rect = with_stack.then(|| column(STACK_WIDTH));
     let events_rect = with_events.then(|| column(EVENTS_WIDTH));
     let strip_rect = Rect::from_min_max(all.min, egui::pos2(right, all.bottom()));
-    within(ui, strip_rect, "ray strip", |ui| strip::show(ui, state, record));
+    within(ui, strip_rect, "ray strip", |ui| match second {
+        Some(second) => strip::show_both(ui, state, [record, second]),
+        None => strip::show(ui, state, record, ui.available_size()),
+    });
     if let Some(rect) = events_rect {
         within(ui, rect, "ray steps", |ui| events::show(ui, state, record));
     }
@@ -125,12 +138,22 @@ fn light_up(state: &mut AppState, record: &RayRecord) {
     nodes.waiting = waiting.map(|span| span.tree_node).take(MOST_WAITING).collect();
 }
 
-/// Adds the study: the record of the ray.
+/// Adds the studies: the record of the ray in each tree.
 fn add_record(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan {
         // A single ray takes no time from the picture, and does not wait until all of its samples are traced.
         at_once: true,
         ..StudyPlan::new("ray", "Recording the ray", |state| &mut state.lab.ray.record, |state, _| state.wanted_ray())
+    };
+    studies.add(plan, record)?;
+    let plan = StudyPlan {
+        at_once: true,
+        ..StudyPlan::new(
+            "second ray",
+            "Recording the ray in B",
+            |state| &mut state.lab.ray.second,
+            |state, _| state.wanted_second_ray(),
+        )
     };
     studies.add(plan, record)
 }

@@ -7,7 +7,7 @@ use egui::{
 
 use super::transport;
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, Request};
+use crate::app::state::{AppState, Request, TreeSide};
 use crate::app::theme::Palette;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -17,6 +17,8 @@ use crate::lab::ray::{RayRecord, RayStep, Span, Visit};
 const AXIS: f32 = 16.0;
 /// Smallest and largest height of a row in points.
 const ROW: [f32; 2] = [2.0, 16.0];
+/// Gap between two strips in points.
+const GAP: f32 = 4.0;
 /// Distance of the lines of a hatch in points.
 const HATCH: f32 = 5.0;
 /// Opacity of what lies ahead of the present step.
@@ -44,6 +46,11 @@ impl Scale {
         }
     }
 
+    /// The same part of the ray for another record of it, below.
+    fn beside(&self, rect: Rect, record: &RayRecord) -> Self {
+        Self { t: self.t, ..Self::new(rect, record, None) }
+    }
+
     fn x(&self, t: f32) -> f32 {
         let share = (t - self.t[0]) / (self.t[1] - self.t[0]).max(f32::MIN_POSITIVE);
         let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
@@ -69,9 +76,58 @@ impl Scale {
     }
 }
 
+/// Shows the strips of the same ray in the first and in the second tree, one below the other, with what it costs in each.
+pub(super) fn show_both(ui: &mut Ui, state: &mut AppState, records: [&RayRecord; 2]) {
+    let half = vec2(ui.available_width(), ui.available_height() * 0.5 - GAP * 0.5);
+    let top = ui.cursor().min;
+    show(ui, state, records[0], half);
+    caption(ui, Rect::from_min_size(top, half), "A", records[0]);
+    ui.add_space(GAP);
+    show_second(ui, state, records, half);
+}
+
+/// The letter of a tree and the tests of the ray in it, in the corner of its strip.
+fn caption(ui: &Ui, rect: Rect, tree: &str, record: &RayRecord) {
+    let palette = theme::palette(ui);
+    let text = format!("{tree}: {}", transport::tests(record.counts));
+    let galley = ui.painter().layout_no_wrap(text, FontId::proportional(theme::HEADING_SIZE), palette.text);
+    let place = Align2::RIGHT_TOP.anchor_size(rect.right_top() + vec2(-4.0, 2.0), galley.size());
+    ui.painter().rect_filled(place.expand(2.0), CornerRadius::same(3), palette.veil);
+    ui.painter().galley(place.min, galley, palette.text);
+}
+
+/// The strip of the ray in the second tree, of the same part as that in the first.
+fn show_second(ui: &mut Ui, state: &mut AppState, [first, record]: [&RayRecord; 2], size: egui::Vec2) {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+    let name = format!("Containers along the ray in B: {}", transport::tests(record.counts));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+    zoom(ui, &response, &mut state.lab.ray.zoom, rect.shrink(1.0), first);
+    let scale = Scale::new(rect.shrink(1.0), first, state.lab.ray.zoom).beside(rect.shrink(1.0), record);
+    let palette = theme::palette(ui);
+    // The steps of A say nothing of those of B: all are shown.
+    let last = record.steps.len().saturating_sub(1);
+    paint(&ui.painter().with_clip_rect(rect), &scale, record, last, &palette);
+    caption(ui, rect, "B", record);
+    let pointed = response.hover_pos().and_then(|at| span_at(&scale, record, at));
+    if let Some(span) = pointed {
+        state.selection.second.hovered = Some(span.tree_node);
+        let outline = Stroke::new(1.0, palette.text);
+        ui.painter().with_clip_rect(rect).rect_stroke(
+            scale.rect(span),
+            CornerRadius::ZERO,
+            outline,
+            StrokeKind::Outside,
+        );
+        if response.clicked() {
+            (state.selection.second.selected, state.selection.side) = (Some(span.tree_node), TreeSide::B);
+        }
+    }
+    response.tip(tip(pointed));
+}
+
 /// Shows it.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
-    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord, size: egui::Vec2) {
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Containers along the ray"));
     if std::mem::take(&mut state.lab.ray.wants_focus) {
         response.request_focus();
@@ -139,7 +195,7 @@ fn tip(pointed: Option<&Span>) -> String {
     let Some(span) = pointed else {
         return "The ray from left to right, a row for each depth of the tree. Filled: visited, and a nearer hit was found in it. \
                 Hatched: visited in vain. Outlined: entered, but skipped. A click goes to the step that enters a container, \
-                the wheel zooms. Keys: Left and Right step, Space plays, Down goes to the next hit"
+                the wheel zooms. Keys: Left and Right step, Space plays, Down goes to the next hit, Z zooms to the last one"
             .to_owned();
     };
     let [from, to] = span.t.map(|t| format::significant(t.into()));

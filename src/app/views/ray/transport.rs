@@ -42,6 +42,15 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, record:
         if button(ui, "Next hit", next.is_some(), "Go on to the next step that finds a nearer hit (Down)").clicked() {
             next_hit(ray, record);
         }
+        let (is_part, has_hit) = (ray.zoom.is_some(), record.hit.is_some());
+        let [name, tip] = if is_part {
+            ["Whole ray", "Show the whole ray in the strip again (Z)"]
+        } else {
+            ["Zoom to hit", "Show the last part before the hit in the strip (Z); the wheel zooms anywhere"]
+        };
+        if button(ui, name, is_part || has_hit, tip).clicked() {
+            ray.toggle_zoom(record);
+        }
         ui.add_space(4.0);
         scrub(ui, state, steps);
         ui.add_space(8.0);
@@ -126,6 +135,9 @@ pub(super) fn keys(ui: &Ui, response: &Response, ray: &mut RayState, record: &Ra
     if pressed(Key::End) > 0 {
         ray.go_to(steps, steps);
     }
+    if pressed(Key::Z) > 0 {
+        ray.toggle_zoom(record);
+    }
     if pressed(Key::Space) > 0 {
         ray.toggle_play(steps);
     }
@@ -174,7 +186,7 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
 }
 
 /// "27 container tests, 1 triangle test".
-fn tests(counts: TestCounts) -> String {
+pub(super) fn tests(counts: TestCounts) -> String {
     let TestCounts { containers, primitives } = counts;
     format!("{}, {}", format::counted(containers, "container test"), format::counted(primitives, "triangle test"))
 }
