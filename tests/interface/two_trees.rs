@@ -103,7 +103,8 @@ fn colours_tell_which_containers_the_other_tree_has() {
     settle(&mut harness);
     assert!(harness.query_by_label_contains("Nothing to compare with").is_some());
     assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some());
-    self::state(&mut harness).wanted.build.optimize = Passes::NONE.with(Pass::Restructure);
+    self::state(&mut harness).wanted.build.optimize = Passes::NONE.with(Pass::Reinsert);
+    self::state(&mut harness).wanted.overlay.depth = Some([0, 20]);
     settle(&mut harness);
     let shown = harness.state().state.layout.graphics.shown.clone().unwrap();
     assert!(shown.is_new.contains(&true) && shown.is_new.contains(&false), "{:?}", shown.is_new);

@@ -64,8 +64,8 @@ impl RayRecord {
         let holds = |span: &&Span| span.visit == Visit::Useful && span.t[0] <= hit && hit <= span.t[1];
         let lengths = self.spans.iter().filter(holds).map(|span| span.t[1] - span.t[0]);
         let shortest = lengths.fold(last - first, f32::min);
-        // Not below what single precision can tell apart.
-        let length = (shortest * AROUND_HIT).max((last - first) * 1e-4).min(last - first);
+        // Not below what single precision can tell apart, and always closer than the whole ray.
+        let length = (shortest * AROUND_HIT).clamp((last - first) * 1e-4, (last - first) * 0.25);
         let from = (hit - length * 0.7).clamp(first, last - length);
         Some([from, from + length])
     }
