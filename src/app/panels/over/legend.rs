@@ -149,12 +149,12 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         } else {
             format!("depths {first} to {last}")
         };
-        ("Containers".to_owned(), Part::Swatches(vec![(vec![[255; 3]], depths)]))
+        ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], depths)])])
     } else if drawn.color_by == ColorBy::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
     } else {
         let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
-        (format!("Containers: {}", lower(legend.title)), ramp)
+        (format!("Containers: {}", lower(legend.title)), vec![ramp])
     };
     let cut = (nodes.nodes.len() < nodes.wanted).then(|| {
         let [drawn, wanted] = [nodes.nodes.len(), nodes.wanted].map(|count| format::count(count as u64));
@@ -164,12 +164,12 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let title = if standing.is_some() { title.replace("Containers", "Clusters") } else { title };
     Some(LegendBox {
         title,
-        parts: [colors, swatches(&marked)].into_iter().chain(filled).chain(of_ray).chain(cut).collect(),
+        parts: colors.into_iter().chain([swatches(&marked)]).chain(filled).chain(of_ray).chain(cut).collect(),
     })
 }
 
 /// Title and colours where these tell which nodes another tree has too; `is_before` for the clusters of a tree before its passes.
-fn survivors_legend(state: &AppState, is_before: bool) -> (String, Part) {
+fn survivors_legend(state: &AppState, is_before: bool) -> (String, Vec<Part>) {
     let [title, same, new] = match (state.wanted.second, state.shown_view(), is_before) {
         (Some(_), CompareView::B, _) => ["Containers of B: triangles of one node", "also in A", "only in B"],
         (Some(_), CompareView::Split, _) => ["Containers: triangles of one node", "in both trees", "in one only"],
@@ -184,8 +184,9 @@ fn survivors_legend(state: &AppState, is_before: bool) -> (String, Part) {
         format!(" ({})", format::percent((survival[side].interior as f64 / all).min(1.0)))
     });
     let same = format!("{same}{}", kept.filter(|_| !is_before).unwrap_or_default());
-    let swatches = [(0.0, same), (1.0, new.to_owned())].map(|(at, name)| (vec![overlay::ramp(at)], name));
-    (title.to_owned(), Part::Swatches(swatches.to_vec()))
+    // A line each: both are too long for one.
+    let line = |(at, name)| Part::Swatches(vec![(vec![overlay::ramp(at)], name)]);
+    (title.to_owned(), [(0.0, same), (1.0, new.to_owned())].map(line).into())
 }
 
 fn lower(text: &str) -> String {
