@@ -86,7 +86,7 @@ fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
         ui.weak(format!("Measuring: {} left (Esc stops)", format::counted(left as u64, "tree")));
         return;
     }
-    let label = format!("Measure all {left}");
+    let label = if left > 0 { format!("Measure all {left}") } else { "Measure all".to_owned() };
     let tip = "Build each tree that lacks a reading again, several times, and count the chosen rays: some seconds a tree, in the background";
     let button = ui.add_enabled(left > 0, Button::new(label)).tip(tip);
     if button.disabled_tip("All are measured").clicked() {
