@@ -56,7 +56,7 @@ impl Default for RegretLimits {
 /// What rebuilding parts of a tree would save, as shares of the SAH cost of the tree.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Regrets {
-    regrets: Vec<f32>,
+    own: Vec<f32>,
     gains: Vec<f32>,
     /// Number of subtrees that were rebuilt.
     pub rebuilt: usize,
@@ -66,7 +66,7 @@ impl Regrets {
     /// The regret of `node` over the cost of the tree, 0 to 1. `None` where the subtree or that of a child was not rebuilt, and for
     /// indices beyond the tree.
     pub fn regret(&self, node: u32) -> Option<f32> {
-        known(&self.regrets, node)
+        known(&self.own, node)
     }
 
     /// Cost of the subtree minus the cost of the best known one of the same triangles, over the cost of the tree, 0 to 1. `None` where
@@ -175,11 +175,8 @@ impl Sums {
                 if work > limits.work {
                     break;
                 }
-                if primitives > ALONE_ABOVE {
-                    large.push(node)
-                } else {
-                    small.push(node)
-                };
+                let list = if primitives > ALONE_ABOVE { &mut large } else { &mut small };
+                list.push(node);
             }
             open.extend(tree.nodes[index].children().map(key));
         }
@@ -209,8 +206,8 @@ impl Sums {
             let saved = kept - rebuilt[index];
             let is_saving = saved > ROUNDING * self.costs[index];
             best[index] = if is_saving { rebuilt[index] } else { kept };
-            let left = |node: usize| best[node] / self.costs[node];
-            is_peak[index] = u8::from(is_saving && children.clone().all(|child| !(left(child) < left(index))));
+            let left = |node: usize| if self.costs[node] > 0.0 { best[node] / self.costs[node] } else { 1.0 };
+            is_peak[index] = u8::from(is_saving && children.clone().all(|child| left(index) <= left(child)));
             let is_known = |node: usize| !rebuilt[node].is_nan() || !self.has_choice(node);
             regrets[index] = match (is_known(index) && children.clone().all(is_known), is_saving) {
                 (false, _) => f32::NAN,
@@ -234,7 +231,7 @@ impl Sums {
         let gains = par_collect(best.len(), token, |node| {
             if rebuilt[node].is_nan() { f32::NAN } else { share(self.costs[node] - best[node]) }
         })?;
-        Ok(Regrets { regrets, gains, rebuilt: rebuilt.iter().filter(|cost| !cost.is_nan()).count() })
+        Ok(Regrets { own: regrets, gains, rebuilt: rebuilt.iter().filter(|cost| !cost.is_nan()).count() })
     }
 }
 
