@@ -90,11 +90,8 @@ fn add_moved(studies: &mut Studies) -> std::io::Result<()> {
     );
     studies.add(plan, |accel, (), token| {
         let settings = before_passes(accel).ok_or(Cancelled)?;
-        let before = match Accel::build_binary(&accel.scene, &settings, token) {
-            Ok(before) => before,
-            // Refused for memory: left as it is, without an answer.
-            Err(_) => return Err(Cancelled),
-        };
+        // One that is refused for memory is left, too, without an answer.
+        let before = Accel::build_binary(&accel.scene, &settings, token).map_err(|_| Cancelled)?;
         Ok([survivors(accel, &before, token)?, survivors(&before, accel, token)?])
     })
 }

@@ -234,7 +234,7 @@ impl SessionTrees {
                 // A tree that is built again is not measured again.
                 let build_ms = if known.is_measured && !is_measured { before.build_ms } else { tree.build_ms };
                 let (epo, tests) = (tree.epo.or(before.epo), tree.tests.or(before.tests));
-                known.tree = PlottedTree { build_ms, epo, tests, ..tree };
+                known.tree = PlottedTree { build_ms, tests, epo, ..tree };
                 known.is_measured |= is_measured;
             }
             return;
