@@ -88,7 +88,7 @@ fn nodes_have_the_layout_of_rust() {
             offset_of!(OverlayNode, node),
             offset_of!(OverlayNode, flags),
             offset_of!(OverlayNode, area_share),
-            offset_of!(OverlayNode, overlap),
+            offset_of!(OverlayNode, value),
         ]
     );
     let kinds = members.iter().map(|member| module.types[member.ty].inner.scalar_kind().unwrap());
