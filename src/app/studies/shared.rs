@@ -1,12 +1,11 @@
 //! Studies that no view of the dock owns: readings at rest, findings, the curve over the picture, nodes that two trees have in common or
-//! that passes have moved, regrets.
+//! that passes have moved.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{Studies, StudyPlan};
 use crate::accel::{Accel, is_same};
 use crate::app::state::{OtherTree, Side, before_passes};
-use crate::app::views::open_view;
 use crate::lab::at_rest::measure_at_rest;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::diff::survivors;
@@ -19,7 +18,6 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 /// Adds them.
 pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
     add_readings(studies)?;
-    add_regrets(studies)?;
     add_moved(studies)?;
     let of_scene = Mutex::new((Weak::new(), Vec::new()));
     studies.add(
@@ -61,20 +59,6 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
             Ok([survivors(accel, &other, token)?, survivors(&other, accel, token)?])
         },
     )
-}
-
-/// Regrets, for the open view or for the colours of containers.
-fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan::new(
-        "regrets",
-        "Rebuilding subtrees",
-        |state| &mut state.lab.regrets,
-        |state, _| {
-            let by_view = open_view(state).is_some_and(|view| (view.needs_regrets)(state));
-            Some((state.presented_tree().filter(|_| by_view || state.colors_by(ColorBy::Regret))?, ()))
-        },
-    );
-    studies.add(plan, |accel, (), token| accel.compute_regrets(token).map(|_| ()))
 }
 
 /// The nodes that passes have moved, for the colours of containers while there is no second tree.

@@ -2,7 +2,6 @@
 
 mod axes;
 mod parts;
-mod table;
 
 mod icicle;
 mod merges;
@@ -16,6 +15,7 @@ use egui::{Key, Ui};
 use crate::app::state::AppState;
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::population::ViewRays;
+use crate::overlay::ColorBy;
 
 /// The views, in the order of their tabs.
 pub(crate) static VIEWS: [View; 6] = [merges::VIEW, icicle::VIEW, ray::VIEW, nodes::VIEW, plots::VIEW, paper::VIEW];
@@ -33,6 +33,7 @@ pub(crate) fn play(ui: &Ui, state: &mut AppState) {
 /// Adds the background studies of all views.
 pub(crate) fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
     add_visits(studies)?;
+    add_regrets(studies)?;
     VIEWS.iter().try_for_each(|view| (view.add_studies)(studies))
 }
 
@@ -55,6 +56,20 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
         },
     );
     studies.add(plan, |accel, rays: &ViewRays, token| rays.measure(accel, token))
+}
+
+/// Regrets, for the open view or for the colours of containers.
+fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        "regrets",
+        "Rebuilding subtrees",
+        |state| &mut state.lab.regrets,
+        |state, _| {
+            let by_view = open_view(state).is_some_and(|view| (view.needs_regrets)(state));
+            Some((state.presented_tree().filter(|_| by_view || state.colors_by(ColorBy::Regret))?, ()))
+        },
+    );
+    studies.add(plan, |accel, (), token| accel.compute_regrets(token).map(|_| ()))
 }
 
 /// A view of the dock as the window sees it.

@@ -6,6 +6,7 @@ mod panel;
 mod row;
 mod slider;
 mod statistic;
+pub(crate) mod table;
 mod tip;
 
 pub(crate) use icon::{Icon, icon_button};

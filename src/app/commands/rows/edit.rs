@@ -3,11 +3,10 @@
 use bvhscope_engine::settings::BuildSettings;
 use egui::Key;
 
-use super::{ALT, CTRL, NONE, SHIFT, copy, flip, is_presented};
 use crate::app::commands::clipboard::{node_text, shared_state, statistics_text};
 use crate::app::commands::command_line::command_line;
 use crate::app::commands::nodes;
-use crate::app::commands::row::{Row, one};
+use crate::app::commands::row::{ALT, CTRL, NONE, Row, SHIFT, copy, flip, is_presented, one};
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::overlay::OverlaySettings;

@@ -2,8 +2,7 @@
 
 use egui::Key;
 
-use super::{CTRL, NONE, SHIFT, is_presented};
-use crate::app::commands::row::{Item, Row, current, item, many, one};
+use crate::app::commands::row::{CTRL, Item, NONE, Row, SHIFT, current, is_presented, item, many, one};
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};

@@ -2,9 +2,8 @@
 
 use egui::Key;
 
-use super::{CTRL, NONE, SHIFT, flip};
 use crate::app::commands::clipboard::{shared_state, show_state};
-use crate::app::commands::row::{Item, Row, current, item, one};
+use crate::app::commands::row::{CTRL, Item, NONE, Row, SHIFT, current, flip, item, one};
 use crate::app::state::action::Action;
 use crate::app::state::lesson::Reading;
 use crate::app::state::{AppState, HelpPage};

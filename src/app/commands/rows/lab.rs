@@ -2,9 +2,8 @@
 
 use egui::Key;
 
-use super::{ALT, NONE, is_presented};
 use crate::app::commands::nodes;
-use crate::app::commands::row::{Item, Row, item, many, one};
+use crate::app::commands::row::{ALT, Item, NONE, Row, is_presented, item, many, one};
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::paper::{Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};

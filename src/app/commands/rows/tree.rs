@@ -4,8 +4,7 @@ use std::path::Path;
 
 use egui::Key;
 
-use super::{CTRL, NONE, flip};
-use crate::app::commands::row::{Item, Row, item, many, one};
+use crate::app::commands::row::{CTRL, Item, NONE, Row, flip, item, many, one};
 use crate::app::state::action::{Action, CompareStep};
 use crate::app::state::{AppState, CompareView, SecondTree, TreeSide};
 use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, PRESET, Setting, THRESHOLD, Value};

@@ -3,9 +3,8 @@
 use bvhscope_engine::cancel::CancelToken;
 use egui::Key;
 
-use super::{ALT, CTRL, NONE, SHIFT, flip, is_presented};
 use crate::app::commands::camera;
-use crate::app::commands::row::{Item, Row, current, item, many, one};
+use crate::app::commands::row::{ALT, CTRL, Item, NONE, Row, SHIFT, current, flip, is_presented, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
 use crate::app::state::{AppState, Navigation, Side, Theme, preferences};
 use crate::app::viewport::ZOOM_STEP;

@@ -7,8 +7,8 @@ use egui::{self, Align, Align2, Layout, Rect, RichText, Sense, TextStyle, Ui, po
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::views::parts::{self, Cell};
-use crate::app::views::table::HeaderCell;
 use crate::app::widgets::Tip as _;
+use crate::app::widgets::table::HeaderCell;
 use crate::app::{format, theme};
 use crate::catalog::metrics::{METRICS, Metric, RANKED};
 use crate::lab::node_values::NodeValues;

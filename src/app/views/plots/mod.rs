@@ -1,7 +1,6 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
 mod nodes;
-mod session;
 mod table;
 mod trees;
 
@@ -46,7 +45,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         PlotKind::Nodes => nodes::show(ui, state, &shown),
         PlotKind::Prediction => trees::show_predictions(ui, state, &shown),
         PlotKind::Speed => trees::show_speed(ui, state, &shown),
-        PlotKind::List => session::show(ui, state, &shown),
+        PlotKind::List => trees::show_list(ui, state, &shown),
     }
 }
 

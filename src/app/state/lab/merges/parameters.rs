@@ -4,7 +4,7 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
-use super::{ChoiceOf, CutNodes, MergeStudy, Standing};
+use super::standing::{ChoiceOf, CutNodes, MergeStudy, Standing};
 use crate::accel::{Accel, is_same};
 use crate::app::state::model::Presented;
 use crate::app::state::study::Study;

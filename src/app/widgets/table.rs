@@ -7,55 +7,56 @@ use egui::{
     Ui, WidgetInfo, pos2, vec2,
 };
 
+use super::{Tip as _, chip};
 use crate::app::theme;
-use crate::app::views::parts::ROW_HEIGHT;
-use crate::app::widgets::{Tip as _, chip};
 use crate::catalog::numbers::Direction;
 
+/// Height of a row in points.
+const ROW_HEIGHT: f32 = 18.0;
 /// Gap between two columns in points.
 const GAP: f32 = 16.0;
 /// Width in points that the mark of the sorted column takes.
 const MARK: f32 = 12.0;
 
 /// A table.
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     /// Its title, which also tells it from other tables.
-    pub(super) title: &'a str,
+    pub(crate) title: &'a str,
     /// The columns; the texts of the first are at the left.
-    pub(super) columns: Vec<Column<'a>>,
+    pub(crate) columns: Vec<Column<'a>>,
     /// The rows as they come unsorted.
-    pub(super) rows: Vec<TableRow<'a>>,
+    pub(crate) rows: Vec<TableRow<'a>>,
     /// What a double click on a row does; `None` where it does nothing.
-    pub(super) opens: Option<&'a str>,
+    pub(crate) opens: Option<&'a str>,
 }
 
 /// A column.
-pub(super) struct Column<'a> {
+pub(crate) struct Column<'a> {
     /// Its name.
-    pub(super) name: &'a str,
+    pub(crate) name: &'a str,
     /// Its unit; empty for none.
-    pub(super) unit: &'a str,
+    pub(crate) unit: &'a str,
     /// Where the better numbers are.
-    pub(super) better: Option<Direction>,
+    pub(crate) better: Option<Direction>,
 }
 
 /// A row.
-pub(super) struct TableRow<'a> {
+pub(crate) struct TableRow<'a> {
     /// Its cells; missing ones are empty.
-    pub(super) cells: &'a [String],
+    pub(crate) cells: &'a [String],
     /// It belongs to the row before it, with which it moves, and is no row of its own.
-    pub(super) is_remark: bool,
+    pub(crate) is_remark: bool,
     /// It is what is on the screen.
-    pub(super) is_shown: bool,
+    pub(crate) is_shown: bool,
 }
 
 /// What the user did with a table, by the indices of rows.
 #[derive(Default)]
-pub(super) struct TableResponse {
+pub(crate) struct TableResponse {
     /// The row that was double clicked.
-    pub(super) opened: Option<usize>,
+    pub(crate) opened: Option<usize>,
     /// The row that is to be copied.
-    pub(super) copied: Option<usize>,
+    pub(crate) copied: Option<usize>,
 }
 
 /// How the user looks at a table.
@@ -70,12 +71,12 @@ struct Look {
 }
 
 /// The row that is chosen in the table of this title.
-pub(super) fn chosen(ui: &Ui, title: &str) -> Option<usize> {
+pub(crate) fn chosen(ui: &Ui, title: &str) -> Option<usize> {
     ui.data(|data| data.get_temp::<Look>(Id::unique(("table", title))))?.chosen
 }
 
 /// Shows a table.
-pub(super) fn show(ui: &mut Ui, table: &Table<'_>) -> TableResponse {
+pub(crate) fn show(ui: &mut Ui, table: &Table<'_>) -> TableResponse {
     let id = Id::unique(("table", table.title));
     let mut look: Look = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     look.chosen = look.chosen.filter(|&row| row < table.rows.len());
@@ -168,20 +169,20 @@ fn header(ui: &mut Ui, table: &Table<'_>, widths: &[f32], look: &mut Look) {
 }
 
 /// The name of a column that sorts.
-pub(super) struct HeaderCell<'a> {
+pub(crate) struct HeaderCell<'a> {
     /// Its name.
-    pub(super) label: &'a str,
+    pub(crate) label: &'a str,
     /// Its meaning.
-    pub(super) tip: &'a str,
+    pub(crate) tip: &'a str,
     /// Whether the smallest come first; `None` where the list is not sorted by it.
-    pub(super) sorted: Option<bool>,
+    pub(crate) sorted: Option<bool>,
     /// Where in its place it is.
-    pub(super) align: Align2,
+    pub(crate) align: Align2,
 }
 
 impl HeaderCell<'_> {
     /// Shows it; whether it was clicked.
-    pub(super) fn show(&self, ui: &Ui, place: Rect, id: Id) -> bool {
+    pub(crate) fn show(&self, ui: &Ui, place: Rect, id: Id) -> bool {
         let response = ui.interact(place, id, Sense::click());
         let name = format!("Sort by {}", self.label);
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, self.sorted.is_some(), &name));
