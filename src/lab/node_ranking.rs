@@ -60,6 +60,7 @@ mod tests {
             let camera = Camera::framing(&scene.bounds, scene.up);
             let rays = ViewRays::new(Population::Primary, camera, [300, 200], &RenderSettings::default());
             let visits = rays.measure(&accel, &token).unwrap();
+            accel.compute_regrets(&token).unwrap();
             let values = NodeValues { accel: &accel, visits: Some(&visits) };
             for metric in RANKED {
                 for (ascending, min_area) in [(false, 0.0), (true, 0.0), (false, 0.01)] {
