@@ -103,6 +103,7 @@ fn colours_tell_which_containers_the_other_tree_has() {
     settle(&mut harness);
     assert!(harness.query_by_label_contains("Nothing to compare with").is_some());
     assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some());
+    self::state(&mut harness).wanted.build.builder = BuilderKind::Lbvh;
     self::state(&mut harness).wanted.build.optimize = Passes::NONE.with(Pass::Reinsert);
     self::state(&mut harness).wanted.overlay.depth = Some([0, 20]);
     settle(&mut harness);

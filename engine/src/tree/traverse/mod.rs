@@ -15,7 +15,6 @@ use crate::tree::node::Tree;
 mod any_tree;
 mod leaf_triangles;
 mod nearest;
-mod observer;
 mod probe;
 mod ray_event;
 mod ray_log;
@@ -24,7 +23,7 @@ mod walk;
 pub use leaf_triangles::{IndexedTriangles, LeafTriangles};
 pub(crate) use nearest::Nearest;
 #[doc(hidden)]
-pub use observer::Observer;
+pub use probe::Observer;
 pub use probe::{NoProbe, Probe, TestCounts};
 pub use ray_event::RayEvent;
 pub use ray_log::RayLog;
