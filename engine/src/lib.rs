@@ -39,6 +39,7 @@
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
+//! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated or moved | builders | [`refit::refit`], [`refit::WideRefit`] |
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
 //! | `bvh` | both trees and the report of the build as one value | | [`build`], [`Bvh`] |
@@ -70,6 +71,8 @@ pub mod builders;
 pub mod construction;
 
 pub mod wide;
+
+pub mod refit;
 
 pub mod fingerprint;
 

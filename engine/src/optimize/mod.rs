@@ -23,6 +23,7 @@ pub use anneal::ANNEALING_PARTS;
 use anneal::anneal;
 use collapse::collapse_in_order;
 use reinsert::reinsert;
+pub use reinsert::reinsert_worst;
 use restructure::restructure;
 use subtree_costs::subtree_costs;
 
@@ -33,6 +34,11 @@ use crate::settings::{BuildSettings, Pass, Passes};
 use crate::stage_times::StageTimes;
 use crate::tree::Tree;
 use crate::tree::statistics::normalized_cost;
+
+/// Writes the nodes of a binary tree, which may be in any order with siblings together, depth first, and primitives in leaf order.
+pub fn write_in_order<C: ClusterContainer>(tree: &mut Tree<C>, token: &CancelToken) -> Result<(), Cancelled> {
+    collapse_in_order(tree, false, token).map(|_| ())
+}
 
 /// Runs those of the passes of `settings` that apply to finished trees, in the order of [`Pass::ALL`], except that trees to anneal
 /// are collapsed at the end: subtrees can be moved only while they are there. `sources` are the triangles that primitives are

@@ -26,6 +26,8 @@ pub mod trace;
 pub use block::TriangleBlock;
 pub use bounds::{CompactBounds, WideContainer};
 pub use child::Child;
+pub(crate) use child::LeafRange;
+pub(crate) use collapse::Sources;
 pub use collapse::collapse;
 pub use leaves::Leaves;
 pub use tree::{AnyWideTree, NodeForm, NodeRef, WideNode, WideTree};

@@ -47,7 +47,7 @@ fn check_wide(name: &str, triangles: &[Triangle], tree: &AnyTree, rays: &[Ray], 
     }
 }
 
-fn check_form(name: &str, wide: &AnyWideTree, rays: &[Ray], expected: &[Option<Hit>]) {
+pub fn check_form(name: &str, wide: &AnyWideTree, rays: &[Ray], expected: &[Option<Hit>]) {
     for simd in levels() {
         for (ray, expected) in rays.iter().zip(expected) {
             assert_eq!(wide.closest_hit(simd.level(), ray), *expected, "{name}, wide, {simd:?}, {ray:?}");

@@ -23,6 +23,7 @@ mod needles;
 mod node_metrics;
 mod optimize;
 mod ray_events;
+mod refit;
 mod regret;
 mod survival;
 mod tie_breaking;

@@ -69,6 +69,19 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
     Ok(total)
 }
 
+/// Moves up to `max_moves` of the subtrees whose parents are the most inefficient to their best positions, in one round. `nodes` may be in
+/// any order with siblings together, before and after. Returns the reduction of the summed area of interior nodes.
+pub fn reinsert_worst(nodes: &mut [Node<Aabb>], max_moves: usize, token: &CancelToken) -> Result<f64, Cancelled> {
+    if nodes.len() < 2 {
+        return Ok(0.0);
+    }
+    let mut tree = LinkedTree::new(nodes, token)?;
+    let worst = tree.eligible(max_moves, 0.0, token)?;
+    let all: Vec<u32> = (0..worst.len() as u32).collect();
+    let moves = find_moves(&tree, &worst, &all, token)?;
+    apply_moves(&mut tree, moves.into_iter().flatten().collect(), token)
+}
+
 /// The best move, if there is any, of each of the `candidates`, which are positions in `eligible`.
 fn find_moves(
     tree: &LinkedTree,

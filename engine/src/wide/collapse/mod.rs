@@ -147,14 +147,21 @@ fn parts<'a>(
 
 /// Source of the leaves.
 #[derive(Clone, Copy)]
-struct Sources<'a> {
-    triangles: &'a [Triangle],
-    primitive_indices: &'a [u32],
+pub(crate) struct Sources<'a> {
+    pub(crate) triangles: &'a [Triangle],
+    /// Index of the triangle in each slot.
+    pub(crate) primitive_indices: &'a [u32],
 }
 
 impl Sources<'_> {
     /// Writes `leaves`, which begin with slot `first` and leave no gap, to `part`.
-    fn write(self, leaves: &[LeafRange], first: u32, part: &mut [f32], token: &CancelToken) -> Result<(), Cancelled> {
+    pub(crate) fn write(
+        self,
+        leaves: &[LeafRange],
+        first: u32,
+        part: &mut [f32],
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
         dispatch!(plain_loop_level(), simd => self.write_with(simd, leaves, first, part, token))
     }
 
