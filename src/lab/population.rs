@@ -231,8 +231,8 @@ pub struct MeasuredRays {
     pub predicted_visits: f64,
     /// Cost of a ray that enters the root, in the unit of the SAH cost, which predicts it; see [`Visits::cost`].
     pub cost: f64,
-    /// Containers and triangles tested by a ray that enters the root, on average; see [`tests_per_entering_ray`]. Earlier versions
-    /// did not state it.
+    /// Containers and triangles tested by a ray that enters the root, on average. Earlier versions did not
+    /// state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tests_per_entering_ray: Option<f64>,
 }
