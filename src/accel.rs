@@ -387,7 +387,7 @@ impl Accel {
         self.ancestry.get()
     }
 
-    /// What rebuilding each subtree would save, computed on the first request: some seconds for large trees. Subtrees that memory does
+    /// Savings from rebuilding each subtree, computed on the first request: some seconds for large trees. Subtrees that memory does
     /// not suffice for are left out.
     pub fn compute_regrets(&self, token: &CancelToken) -> Result<&Regrets, Cancelled> {
         if let Some(regrets) = self.known_regrets() {
@@ -399,7 +399,7 @@ impl Accel {
         Ok(self.regrets.get_or_init(|| regrets))
     }
 
-    /// What rebuilding each subtree would save, if [`Accel::compute_regrets`] has computed it.
+    /// Savings from rebuilding each subtree, if [`Accel::compute_regrets`] has computed them.
     pub fn known_regrets(&self) -> Option<&Regrets> {
         self.regrets.get()
     }

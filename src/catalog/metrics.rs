@@ -24,7 +24,7 @@ pub struct NodeReading<'a> {
     pub ancestry: Option<&'a Ancestry>,
     /// Its visits, where they are measured.
     pub visits: Option<&'a Visits>,
-    /// What rebuilding subtrees would save, where it is known.
+    /// Savings from rebuilding subtrees, where they are known.
     pub regrets: Option<&'a Regrets>,
 }
 
@@ -132,7 +132,7 @@ pub const COST: &Metric = &Metric {
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::sah_share(tree, node, nodes.stats))),
 };
 
-/// What rebuilding the node would save where that is most of its cost, 0 to 1; see [`Regrets::regret`].
+/// Saving from rebuilding the node where that is most of its cost, 0 to 1; see [`Regrets::regret`].
 pub const REGRET: &Metric = &Metric {
     key: "regret",
     label: "Regret",
@@ -145,7 +145,7 @@ pub const REGRET: &Metric = &Metric {
     ..*COST
 };
 
-/// What rebuilding the whole subtree would save, 0 to 1; see [`Regrets::gain`].
+/// Saving from rebuilding the whole subtree, 0 to 1; see [`Regrets::gain`].
 pub const GAIN: &Metric = &Metric {
     key: "gain",
     label: "Gain",

@@ -16,7 +16,7 @@ pub enum ColorBy {
     Overlap = 2,
     /// Number of primitives in the subtree, logarithmic.
     Primitives = 3,
-    /// What the node's own split costs, logarithmic.
+    /// Regret of the node, logarithmic.
     Regret = 4,
     /// Whether another tree has a node of the same triangles.
     Survival = 5,

@@ -111,7 +111,7 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
 
 /// A probe that knows whether the last ray entered the root.
 trait Entering: Probe + Copy + Default + Send {
-    /// Whether a ray did whose tests are those since `before`: it is tested against the root's children, too.
+    /// `true` of a ray whose tests are those since `before`, if it was tested against the root's children, too.
     fn has_entered(&self, before: &Self) -> bool;
 }
 

@@ -53,7 +53,7 @@ impl Default for RegretLimits {
     }
 }
 
-/// What rebuilding parts of a tree would save, as shares of the SAH cost of the tree.
+/// Savings from rebuilding parts of a tree, as shares of its SAH cost.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Regrets {
     own: Vec<f32>,
@@ -97,7 +97,7 @@ fn regrets_of<C: ClusterContainer>(
     limits: RegretLimits,
     token: &CancelToken,
 ) -> Result<Regrets, Cancelled> {
-    if tree.nodes.is_empty() || tree.nodes.iter().any(|node| !matches!(node.arity(), 0 | 2)) {
+    if tree.nodes.is_empty() || !tree.is_binary(token)? {
         return Ok(Regrets::default());
     }
     let sums = Sums::new(tree, token)?;
@@ -193,7 +193,7 @@ impl Sums {
         // Lowest known cost of each subtree.
         let mut best = zeros::<f64>(tree.nodes.len(), token)?;
         let mut regrets = zeros::<f32>(tree.nodes.len(), token)?;
-        // Whether a larger part of the cost could be saved than in either child.
+        // A larger part of the cost could be saved here than in either child.
         let mut is_peak = zeros::<u8>(tree.nodes.len(), token)?;
         let whole = self.costs[0];
         let share = |cost: f64| if whole > 0.0 { (cost / whole) as f32 } else { 0.0 };

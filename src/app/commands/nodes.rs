@@ -89,7 +89,8 @@ fn range(name: &str, count: usize) -> String {
     if count == 0 { format!("no {name}") } else { format!("{name} 0 to {}", format::count(count as u64 - 1)) }
 }
 
-/// Whether `text` names a triangle rather than a node, and its number, `None` where that is too large; `None` where it names neither.
+/// `true` where `text` names a triangle, `false` where it names a node, with its number, `None` where that is too large; `None` where
+/// it names neither.
 fn place_of(text: &str) -> Option<(bool, Option<u64>)> {
     let text = text.trim().to_lowercase();
     let split = text.find(|character: char| character.is_ascii_digit())?;

@@ -26,7 +26,7 @@ pub(crate) struct Table<'a> {
     pub(crate) columns: Vec<Column<'a>>,
     /// The rows as they come unsorted.
     pub(crate) rows: Vec<TableRow<'a>>,
-    /// What a double click on a row does; `None` where it does nothing.
+    /// The effect of a double click on a row; `None` where it has none.
     pub(crate) opens: Option<&'a str>,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct TableRow<'a> {
     pub(crate) is_shown: bool,
 }
 
-/// What the user did with a table, by the indices of rows.
+/// Acts of the user in a table, by the indices of rows.
 #[derive(Default)]
 pub(crate) struct TableResponse {
     /// The row that was double clicked.

@@ -2,12 +2,13 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
-use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_SPEEDUP};
+use super::scaling::scaling_charts;
+use super::series::{curves, series_name};
+use crate::catalog::numbers::rows::BUILD_MS;
 use crate::catalog::numbers::{NUMBERS, Number};
 use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
 use crate::lab::report_table::{models, name_among};
-use crate::lab::speedup::prediction::PredictedScaling;
 use bvhscope_engine::tree::ContainerKind;
 
 /// The numbers that have an axis, each with its label.
@@ -41,51 +42,6 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
         "compare" => Ok(row_charts(rows, true, Measurement::builder_name, |row| series_name(row, rows))),
         other => Err(format!("there is no plot of '{other}'")),
     }
-}
-
-/// Scene and container, and of a sweep the settings beside the threshold, each only if the rows differ in it.
-fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
-    let mut parts = Vec::new();
-    let models = models(rows);
-    if models.len() > 1 {
-        parts.push(name_among(&row.model, &models));
-    }
-    if rows.iter().any(|other| other.container != row.container) {
-        parts.push(row.container.name().to_owned());
-    }
-    if row.command == "sweep" {
-        let others = row.settings.all().filter(|(setting, _)| *setting != &THRESHOLD);
-        let differs =
-            |setting, text: &String| rows.iter().filter_map(|row| row.settings.text(setting)).any(|t| t != *text);
-        let differing = others.filter(|(setting, text)| differs(setting, text));
-        parts.extend(differing.map(|(setting, text)| format!("{} = {text}", setting.symbol().unwrap_or(setting.key))));
-    }
-    if parts.is_empty() {
-        parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.name()));
-    }
-    parts.join(", ")
-}
-
-/// Groups rows into curves by name, in order of appearance, which also gives them their colours.
-fn curves(
-    rows: &[Measurement],
-    name: impl Fn(&Measurement) -> String,
-    point: impl Fn(&Measurement) -> Option<Point>,
-) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
-    for (index, row) in rows.iter().enumerate() {
-        let name = name(row);
-        let position = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
-            curves.push(Curve { name, color: curves.len(), look: Look::Measured, points: Vec::new() });
-            curves.len() - 1
-        });
-        curves[position].points.extend(point(row).map(|point| Point { row: Some(index), ..point }));
-    }
-    curves.retain(|curve| !curve.points.is_empty());
-    for curve in &mut curves {
-        curve.points.sort_by(|a, b| a.x.total_cmp(&b.x));
-    }
-    curves
 }
 
 /// The readings with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
@@ -208,90 +164,6 @@ fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
     })
 }
 
-fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
-    let speedups = speedup_curves(rows);
-    let points = speedups.iter().flat_map(|curve| &curve.points);
-    let most = points.map(|point| point.x).fold(1.0, f64::max);
-    let ideal = |ends: [[f64; 2]; 2]| Curve {
-        name: "ideal".to_owned(),
-        color: 0,
-        look: Look::Reference,
-        points: ends.map(Point::of).to_vec(),
-    };
-    let chart = |label: &str, reference: Curve, measured: Vec<Curve>, up: fn(&[Curve]) -> Axis| {
-        let curves: Vec<Curve> = std::iter::once(reference).chain(measured).collect();
-        Chart {
-            title: String::new(),
-            labels: ["Threads".to_owned(), label.to_owned()],
-            axes: [Axis::doublings(most), up(&curves)],
-            curves,
-            rows: Vec::new(),
-        }
-    };
-    let mut efficiencies = speedups.clone();
-    for point in efficiencies.iter_mut().flat_map(|curve| &mut curve.points) {
-        let percent = 100.0 / point.x.max(1.0);
-        point.y *= percent;
-        point.spread = point.spread.map(|spread| spread.map(|end| end * percent));
-    }
-    let from_zero = |curves: &[Curve]| {
-        let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
-        Axis { low: 0.0, ..Axis::linear(values) }
-    };
-    let as_doublings = |curves: &[Curve]| {
-        let fitted = Axis::logarithmic(curves.iter().flat_map(|curve| &curve.points).map(|point| point.y));
-        Axis { scale: super::axis::Scale::Doublings, ..fitted }
-    };
-    vec![
-        chart("Speed-up over one thread (×)", ideal([[1.0; 2], [most; 2]]), speedups, as_doublings),
-        chart("Parallel efficiency (%)", ideal([[1.0, 100.0], [most, 100.0]]), efficiencies, from_zero),
-    ]
-}
-
-/// The predicted speed-ups, and above them those that were measured, in the same colours.
-fn speedup_curves(rows: &[Measurement]) -> Vec<Curve> {
-    let quantities = [("build", SPEEDUP), ("trace", TRACE_SPEEDUP)];
-    let mut measured = Vec::new();
-    for (what, speedup) in quantities {
-        let name = |row: &Measurement| format!("{what}, {}", series_name(row, rows));
-        let point = |row: &Measurement| Some(Point::of([row.threads as f64, row.values.known(speedup)?]));
-        measured.extend(curves(rows, name, point).into_iter().map(|curve| (what, curve)));
-    }
-    for (color, (_, curve)) in measured.iter_mut().enumerate() {
-        curve.color = color;
-    }
-    let color_of =
-        |name: &str| measured.iter().find(|(_, curve)| curve.name == name).map_or(0, |(_, curve)| curve.color);
-    let predicted = predicted_curves(rows, color_of);
-    predicted.into_iter().chain(measured.into_iter().map(|(_, curve)| curve)).collect()
-}
-
-/// The predicted speed-ups with their bounds. `color_of` is the colour of the measured curve of a name.
-fn predicted_curves(rows: &[Measurement], color_of: impl Fn(&str) -> usize) -> Vec<Curve> {
-    let mut curves = Vec::new();
-    for (index, row) in rows.iter().enumerate() {
-        let Some(prediction) = &row.predicted_scaling else { continue };
-        let parts: [(&str, &str, &PredictedScaling); 2] =
-            [("build", "ready to trace", &prediction.build), ("trace", "trace", &prediction.trace)];
-        for (measured, what, scaling) in parts {
-            let series = series_name(row, rows);
-            let point = |point: &crate::lab::speedup::prediction::PredictedSpeedup| Point {
-                x: point.cores as f64,
-                y: point.speedup,
-                spread: Some([point.lower, point.upper]),
-                row: Some(index),
-            };
-            curves.push(Curve {
-                name: format!("{what} predicted, {series}"),
-                color: color_of(&format!("{measured}, {series}")),
-                look: Look::Line,
-                points: scaling.curve.iter().map(point).collect(),
-            });
-        }
-    }
-    curves
-}
-
 /// One chart per quantity, with a row for each name. If `sorted`, the fastest build is on top.
 fn row_charts(
     rows: &[Measurement],
@@ -330,7 +202,7 @@ fn row_charts(
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::{TESTS_PER_ENTERING_RAY, TRACE_MS};
+    use crate::catalog::numbers::rows::{SPEEDUP, TESTS_PER_ENTERING_RAY, TRACE_MS, TRACE_SPEEDUP};
     use crate::catalog::settings::Stated;
     use crate::lab::sample::sample;
 

@@ -3,6 +3,10 @@
 mod axis;
 mod chart;
 
+mod series;
+
+mod scaling;
+
 mod charts;
 mod notes;
 

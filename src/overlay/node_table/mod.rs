@@ -1,5 +1,7 @@
 //! The nodes of a tree by depth, the instance data of each, and the selection of those that are drawn.
 
+mod other_kind;
+
 mod table;
 
 mod shown;

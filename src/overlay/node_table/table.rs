@@ -5,16 +5,16 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::other_kind::{containers, containers_at_once};
 use crate::accel::Accel;
 use crate::overlay::node::{OverlayNode, Role};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
-use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::geometry::{Aabb, Sphere};
 use bvhscope_engine::tree::levels::Levels;
-use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree, node_metrics};
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree, node_metrics};
 use bvhscope_engine::with_tree;
 
 /// Hidden nodes, the isolated one, the triangles shown alone, and what follows from them.
@@ -422,34 +422,7 @@ impl NodeTable {
 
 /// Part of the tree's cost from which on regrets have colours of their own.
 const LEAST_REGRET: f32 = 1e-5;
-/// Poll for cancellation every 16,384 nodes.
-const NODES_PER_CHECK: usize = 1 << 14;
 
 pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.area(node).max(0.0)
-}
-
-/// Containers of kind `C` for all nodes of a tree of another kind: leaves from their triangles, interior nodes bottom-up.
-fn containers<K: Container, C: Container>(
-    tree: &Tree<K>,
-    triangles: &[Triangle],
-    token: &CancelToken,
-) -> Result<Vec<C>, Cancelled> {
-    let of_leaf = |node: &Node<K>| {
-        let own = &tree.primitive_indices[node.slots()];
-        own.iter().fold(C::EMPTY, |all, &index| all.union(&C::of_triangle(&triangles[index as usize])))
-    };
-    let mut all = par_collect(tree.nodes.len(), token, |at| of_leaf(&tree.nodes[at]))?;
-    for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_PER_CHECK) {
-            token.check()?;
-        }
-        all[index] = node.children().fold(all[index], |around, child| around.union(&all[child as usize]));
-    }
-    Ok(all)
-}
-
-/// [`containers`] without a way to cancel.
-fn containers_at_once<K: Container, C: Container>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
-    containers(tree, &accel.scene.triangles, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
 }

@@ -122,7 +122,7 @@ impl<'a> Reader<'a, '_> {
         Ok(tracks)
     }
 
-    /// What a channel moves, and how; `None` for a property that no scene here has, which is counted.
+    /// The property that a channel moves, and how; `None` for one that no scene here has, which is counted.
     fn track(&mut self, channel: &Value, animation: &Value, place: &str) -> Result<Option<Track>, AccessorError> {
         let target = channel.get("target");
         let pointer =

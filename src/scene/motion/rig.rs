@@ -103,7 +103,7 @@ pub(in crate::scene) enum Target {
     Visibility(usize),
 }
 
-/// What a clip does to one property.
+/// The course of one property in a clip.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::scene) struct Track {
     pub(in crate::scene) target: Target,

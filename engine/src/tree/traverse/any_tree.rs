@@ -46,17 +46,32 @@ impl AnyTree {
         stack: &mut [StackEntry],
         observer: Observer<'_>,
     ) -> Option<Hit> {
-        // Only traversals that are timed are compiled for each level.
+        // Only traversals that are timed run at the given level.
+        let baseline = Level::baseline();
         match observer {
-            Observer::Nothing => with_tree!(self, tree => dispatch!(level, simd =>
-                super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, &mut NoProbe))),
-            Observer::Counts(counts) => with_tree!(self, tree => dispatch!(level, simd =>
-                super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, counts))),
-            Observer::Tests(mut probe) => with_tree!(self, tree => dispatch!(Level::baseline(), simd =>
-                super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, &mut probe))),
-            Observer::Events(mut probe) => with_tree!(self, tree => dispatch!(Level::baseline(), simd =>
-                super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, &mut probe))),
+            Observer::Nothing => self.closest_hit_probed(level, triangles, ray, traversal, stack, &mut NoProbe),
+            Observer::Counts(counts) => self.closest_hit_probed(level, triangles, ray, traversal, stack, counts),
+            Observer::Tests(mut probe) => {
+                self.closest_hit_probed(baseline, triangles, ray, traversal, stack, &mut probe)
+            }
+            Observer::Events(mut probe) => {
+                self.closest_hit_probed(baseline, triangles, ray, traversal, stack, &mut probe)
+            }
         }
+    }
+
+    #[inline(always)]
+    fn closest_hit_probed<P: Probe>(
+        &self,
+        level: Level,
+        triangles: &[Triangle],
+        ray: &Ray,
+        traversal: Traversal,
+        stack: &mut [StackEntry],
+        probe: &mut P,
+    ) -> Option<Hit> {
+        with_tree!(self, tree => dispatch!(level, simd =>
+            super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe)))
     }
 
     /// Whether anything lies on `ray`; see [`any_hit`](super::any_hit). `leaf_triangles` are those of

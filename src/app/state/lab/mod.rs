@@ -41,7 +41,7 @@ pub struct LabState {
     pub survival: Study<OtherTree, [Survival; 2]>,
     /// The nodes of the first tree that it had before its passes too, and the other way round.
     pub moved: Study<(), [Survival; 2]>,
-    /// What rebuilding subtrees would save; the tree keeps it.
+    /// Savings from rebuilding subtrees, which the tree keeps.
     pub regrets: Study<(), ()>,
     /// Readings that are taken while nothing else happens.
     pub at_rest: AtRestState,

@@ -9,14 +9,11 @@ use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
 use crate::app::state::study::Study;
 use crate::catalog::settings::short_name;
-use crate::lab::at_rest::measure_at_rest;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
-use crate::lab::population::{MeasuredRays, ViewRays};
+use crate::lab::population::ViewRays;
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
-use bvhscope_engine::builders::BuildError;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 
 /// Most trees of a session that are kept: those that were built last.
@@ -145,7 +142,7 @@ pub struct PlottedTree {
 
 impl PlottedTree {
     /// `accel` with what is known of it, without a cost.
-    fn of(accel: &Accel) -> Self {
+    pub fn of(accel: &Accel) -> Self {
         let reading = accel.reading();
         Self {
             build: accel.settings,
@@ -289,22 +286,6 @@ pub struct TreeToMeasure {
     pub rays: ViewRays,
 }
 
-impl TreeToMeasure {
-    /// Builds the tree of `scene`, repeats that, and counts rays: a second or two. `None` of a tree that cannot be built.
-    pub fn measure(&self, scene: &Arc<Scene>, token: &CancelToken) -> Result<Option<PlottedTree>, Cancelled> {
-        let accel = match Accel::build_binary(scene, &self.build, &token.part(0, 3)) {
-            Ok(accel) => Arc::new(accel),
-            Err(BuildError::Refused(_)) => return Ok(None),
-            Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
-        };
-        measure_at_rest(&accel, &token.part(1, 3))?;
-        accel.epo(token)?;
-        let visits = self.rays.measure(&accel, &token.part(2, 3))?;
-        let sums = MeasuredRays::new(self.rays.population(), &accel, &visits, token)?;
-        Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))
-    }
-}
-
 /// Inputs of the scatter of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatterInputs {
@@ -329,7 +310,7 @@ pub struct PlotsState {
     pub session: SessionTrees,
     /// All trees of the session are to be measured, one after the other.
     pub measures_all: bool,
-    /// What was measured last of them.
+    /// The last of their measurements.
     pub measured: Study<TreeToMeasure, Option<PlottedTree>>,
 }
 

@@ -4,16 +4,24 @@ mod nodes;
 mod table;
 mod trees;
 
+use std::sync::Arc;
+
 use egui::{self, Align, Key, Layout, Ui};
 
 use super::parts;
-use crate::app::state::lab::{PlotKind, PlotsState, ScatterInputs, TreeQuality, TreeSet, TreeToMeasure};
+use crate::accel::Accel;
+use crate::app::state::lab::{PlotKind, PlotsState, PlottedTree, ScatterInputs, TreeQuality, TreeSet, TreeToMeasure};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{AppState, LabState, Presented, Request};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::View;
 use crate::app::widgets::{Tip as _, chip};
+use crate::lab::at_rest::measure_at_rest;
+use crate::lab::population::MeasuredRays;
 use crate::lab::visit_scatter::VisitScatter;
+use crate::scene::Scene;
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 const PURPOSE: &str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build";
 
@@ -131,5 +139,23 @@ fn add_session(studies: &mut Studies) -> std::io::Result<()> {
             Some((accel, wanted))
         },
     );
-    studies.add(plan, |accel, wanted: &TreeToMeasure, token| wanted.measure(&accel.scene, token))
+    studies.add(plan, |accel, wanted: &TreeToMeasure, token| measure_tree(&accel.scene, wanted, token))
+}
+
+/// Builds a tree of `scene`, repeats that, and counts rays: a second or two. `None` of a tree that cannot be built.
+fn measure_tree(
+    scene: &Arc<Scene>,
+    TreeToMeasure { build, rays }: &TreeToMeasure,
+    token: &CancelToken,
+) -> Result<Option<PlottedTree>, Cancelled> {
+    let accel = match Accel::build_binary(scene, build, &token.part(0, 3)) {
+        Ok(accel) => Arc::new(accel),
+        Err(BuildError::Refused(_)) => return Ok(None),
+        Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
+    };
+    measure_at_rest(&accel, &token.part(1, 3))?;
+    accel.epo(token)?;
+    let visits = rays.measure(&accel, &token.part(2, 3))?;
+    let sums = MeasuredRays::new(rays.population(), &accel, &visits, token)?;
+    Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))
 }

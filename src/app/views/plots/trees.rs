@@ -305,7 +305,7 @@ fn cells(tree: &PlottedTree) -> Vec<String> {
     std::iter::once(tree.name()).chain(READINGS.map(reading)).collect()
 }
 
-/// What can be done with the chosen tree, and with all.
+/// Buttons for the chosen tree, and for all.
 fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
     let chosen = table::chosen(ui, TITLE).and_then(|row| trees.get(row));
     for (side, label, tip) in [
