@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use crate::budget::{Budget, OverBudget};
 use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::geometry::{Aabb, Triangle};
 
-/// Triangles, and about a third of the corners, between two cancellation checks.
+/// Triangles, or corners, between two cancellation checks.
 const BATCH: usize = 1 << 15;
 /// Corners at one point beyond which they stay flat: comparing each with each would take too long, and such points are the
 /// tips of fans.
@@ -53,7 +53,9 @@ impl CornerNormals {
             let end = corners.min(packed.len() + BATCH);
             packed.resize_with(end, || AtomicU32::new(FLAT));
         }
-        // Corners with the hash of their position above their index, sorted: those at one point stand together.
+        let grid = Grid::around(triangles);
+        // Corners with the cell of their position above their index, sorted: those at one point stand together, and those nearby in
+        // space follow, most of which are nearby in memory.
         let sorted: Vec<Vec<u64>> = triangles
             .par_chunks(BATCH)
             .enumerate()
@@ -62,32 +64,78 @@ impl CornerNormals {
                 let points = triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
                 let first = (chunk * BATCH * 3) as u64;
                 let mut keys: Vec<u64> =
-                    points.zip(first..).map(|(point, corner)| u64::from(hash(point)) << 32 | corner).collect();
+                    points.zip(first..).map(|(point, corner)| key(grid.cell(point), corner)).collect();
                 keys.sort_unstable();
                 Ok(keys)
             })
             .collect::<Result<_, Cancelled>>()?;
-        let bits = (corners / BATCH).next_power_of_two().trailing_zeros().max(1);
         let cosine = crease_degrees.to_radians().cos();
-        (0..1_u64 << bits).into_par_iter().try_for_each(|bucket| {
+        let starts = bucket_starts(&sorted);
+        (0..starts.len()).into_par_iter().try_for_each(|bucket| {
             token.check()?;
-            let is_before = |key: u64| key >> (64 - bits) < bucket;
-            let is_within = |key: u64| key >> (64 - bits) <= bucket;
+            let is_before = |key: u64, bucket: usize| starts.get(bucket).is_none_or(|&start| key >> 32 < start);
             let mut keys = Vec::new();
             for chunk in &sorted {
-                let start = chunk.partition_point(|&key| is_before(key));
-                let end = chunk.partition_point(|&key| is_within(key));
+                let start = chunk.partition_point(|&key| is_before(key, bucket));
+                let end = chunk.partition_point(|&key| is_before(key, bucket + 1));
                 keys.extend_from_slice(&chunk[start..end]);
             }
             keys.sort_unstable();
             let mut meeting = Vec::new();
-            for same_hash in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
-                smooth_point(triangles, same_hash, cosine, &mut meeting, &packed);
+            for in_cell in keys.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
+                // From now on with the hash of the position.
+                for in_cell in in_cell.iter_mut() {
+                    *in_cell = key(hash(point(triangles, *in_cell as u32)), *in_cell & u64::from(u32::MAX));
+                }
+                in_cell.sort_unstable();
+                for same_hash in in_cell.chunk_by(|a, b| a >> 32 == b >> 32) {
+                    smooth_point(triangles, same_hash, cosine, &mut meeting, &packed);
+                }
             }
             Ok(())
         })?;
         Ok(Self { packed })
     }
+}
+
+/// A number by which corners are sorted, above the corner's index.
+fn key(sorted_by: u32, corner: u64) -> u64 {
+    u64::from(sorted_by) << 32 | corner
+}
+
+/// The cells at which parts of about [`BATCH`] corners begin, in ascending order and the first at 0, which tasks work through.
+fn bucket_starts(sorted: &[Vec<u64>]) -> Vec<u64> {
+    let samples = sorted.iter().flat_map(|keys| keys.iter().skip(BATCH / 2).step_by(BATCH));
+    let mut starts: Vec<u64> = samples.map(|key| key >> 32).chain([0]).collect();
+    starts.par_sort_unstable();
+    starts.dedup();
+    starts
+}
+
+/// Cells of a box in the order of Morton's curve.
+struct Grid {
+    min: Vec3,
+    cells_per_unit: Vec3,
+}
+
+impl Grid {
+    fn around(triangles: &[Triangle]) -> Self {
+        let bounds = triangles.par_iter().map(Triangle::bounds).reduce(|| Aabb::EMPTY, |a, b| a.union(&b));
+        let cells_per_unit = bounds.extent().map(|extent| if extent > 0.0 { 1024.0 / extent } else { 0.0 });
+        Self { min: bounds.min, cells_per_unit }
+    }
+
+    /// The code of the cell that a position is in: ten bits of each axis.
+    fn cell(&self, point: Vec3) -> u32 {
+        let [x, y, z] = ((point - self.min) * self.cells_per_unit).to_array().map(|at| spread(at.min(1023.0) as u32));
+        x << 2 | y << 1 | z
+    }
+}
+
+/// Inserts two zero bits before each of the lowest ten bits.
+fn spread(bits: u32) -> u32 {
+    const SPREAD: [(u32, u32); 4] = [(16, 0x0300_00ff), (8, 0x0300_f00f), (4, 0x030c_30c3), (2, 0x0924_9249)];
+    SPREAD.iter().fold(bits, |bits, (shift, mask)| (bits | bits << shift) & mask)
 }
 
 /// A triangle's corner at a point.
@@ -122,6 +170,12 @@ fn smooth_point(
             packed[key as u32 as usize].store(pack(normal), Ordering::Relaxed);
         }
     }
+}
+
+/// The position of a corner.
+fn point(triangles: &[Triangle], index: u32) -> Vec3 {
+    let Triangle { a, b, c } = triangles[index as usize / 3];
+    [a, b, c][index as usize % 3]
 }
 
 fn corner(triangles: &[Triangle], index: u32) -> Corner {
