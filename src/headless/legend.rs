@@ -145,7 +145,9 @@ pub(super) fn draw<B: DrawingBackend>(
     let (left, right) = (MARGIN * unit, width_px as i32 - MARGIN * unit);
     for (index, key) in keys.iter().enumerate() {
         let top = (HEIGHT as i32 * index as i32 + 5) * unit;
-        area.draw(&Text::new(key.title.clone(), (left, top), style.clone()))?;
+        let title_scale = scale_within(right - left, text_width(&key.title, text_height as u32));
+        let title_style = (font(), (text_height as f32 * title_scale) as i32).into_font().color(&ink);
+        area.draw(&Text::new(key.title.clone(), (left, top), title_style))?;
         let [bar_top, bar_bottom] = [top + 19 * unit, top + 31 * unit];
         match &key.colors {
             Colors::Bar(colors, labels) => {
@@ -157,7 +159,7 @@ pub(super) fn draw<B: DrawingBackend>(
                 let mut free_from = 0;
                 for (part, text) in labels {
                     let width = text_width(text, text_height as u32);
-                    let x = (x_of(*part) - width / 2).clamp(0, (width_px as i32 - width).max(0));
+                    let x = (x_of(*part) - width / 2).clamp(left / 2, (right + left / 2 - width).max(left / 2));
                     if x >= free_from {
                         area.draw(&Text::new(text.clone(), (x, bar_bottom + 3 * unit), style.clone()))?;
                         free_from = x + width + 6 * unit;
@@ -165,11 +167,9 @@ pub(super) fn draw<B: DrawingBackend>(
                 }
             }
             Colors::Named(named) => {
-                // In a narrow picture the letters are smaller, so that all names are in it.
                 let widths = named.iter().map(|(_, name)| text_width(name, text_height as u32)).sum::<i32>();
                 let room = right - left - (31 * named.len() as i32 + 16 * (named.len() as i32 - 1).max(0)) * unit;
-                let scale = (room as f32 / widths.max(1) as f32).clamp(0.5, 1.0);
-                let text_height = (text_height as f32 * scale) as i32;
+                let text_height = (text_height as f32 * scale_within(room, widths)) as i32;
                 let style = (font(), text_height).into_font().color(&ink);
                 let mut x = left;
                 for ([r, g, b], name) in named {
@@ -182,6 +182,11 @@ pub(super) fn draw<B: DrawingBackend>(
         }
     }
     area.present()
+}
+
+/// Size of letters, as a part of the usual one, by which text of this width fits into the room; at least half.
+fn scale_within(room: i32, width: i32) -> f32 {
+    (room as f32 / width.max(1) as f32).clamp(0.5, 1.0)
 }
 
 #[cfg(test)]
@@ -202,6 +207,18 @@ mod tests {
         for (x, value) in [(14, -1.0), (400, 0.0), (785, 1.0)] {
             let expected = diverging(value);
             assert!(at(x).iter().zip(expected).all(|(a, b)| a.abs_diff(b) < 6), "{x}: {:?} {expected:?}", at(x));
+        }
+    }
+
+    #[test]
+    fn letters_stay_within_a_narrow_picture() {
+        let colors = Colors::Bar(vec![[0; 3]; 2], vec![(0.0, "1,000,000".to_owned()), (1.0, "2,000,000".to_owned())]);
+        let title = "Distance from the observer, in units of the model".to_owned();
+        let mut pixels = Vec::new();
+        let height = append(&mut pixels, [260, 0], &[Key { title, colors }], Background::White);
+        for row in pixels.as_chunks::<260>().0.iter().take(height as usize) {
+            let [first, last] = [&row[..4], &row[256..]];
+            assert!(first.iter().chain(last).all(|pixel| *pixel == [255; 4]), "ink at the edge");
         }
     }
 
