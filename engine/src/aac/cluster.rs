@@ -118,12 +118,10 @@ impl ClusterStack {
     /// Loads the containers of the clusters from `at` on, one per lane.
     #[inline(always)]
     pub fn load_row<C: ClusterContainer, S: Simd, V: Lanes<S>>(&self, simd: S, at: usize) -> [V; FIELDS] {
-        std::array::from_fn(|field| {
-            if field < C::USED_FIELDS {
-                V::from_slice(simd, &self.fields[field][at..at + V::LEN])
-            } else {
-                V::splat(simd, 0.0)
-            }
-        })
+        let mut row = [V::splat(simd, 0.0); FIELDS];
+        for field in 0..C::USED_FIELDS {
+            row[field] = V::from_slice(simd, &self.fields[field][at..at + V::LEN]);
+        }
+        row
     }
 }

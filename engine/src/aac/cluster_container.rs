@@ -41,10 +41,12 @@ impl ClusterContainer for Aabb {
 
     #[inline(always)]
     fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
-        std::array::from_fn(|field| {
+        let mut union = [V::splat(simd, 0.0); FIELDS];
+        for field in 0..FIELDS {
             let (a, b) = (V::splat(simd, first[field]), V::splat(simd, second[field]));
-            if field < 3 { a.min(b) } else { a.max(b) }
-        })
+            union[field] = if field < 3 { a.min(b) } else { a.max(b) };
+        }
+        union
     }
 
     #[inline(always)]

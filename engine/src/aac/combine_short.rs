@@ -32,7 +32,10 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
     const { assert!(N == W * V::LEN && N.is_power_of_two() && N <= 32) };
     let mut len = list.len - base;
     let infinity = V::splat(simd, f32::INFINITY);
-    let mut fields: [[V; FIELDS]; W] = std::array::from_fn(|w| list.load_row::<C, S, V>(simd, base + w * V::LEN));
+    let mut fields = [[infinity; FIELDS]; W];
+    for w in 0..W {
+        fields[w] = list.load_row::<C, S, V>(simd, base + w * V::LEN);
+    }
     let Ok(items) = <&mut [Cluster; N]>::try_from(&mut list.items[base..base + N]) else { return };
 
     let quads = len.div_ceil(4);
@@ -158,13 +161,21 @@ impl<const N: usize> Matrix<N> {
 /// Loads `row` as vectors.
 #[inline(always)]
 fn row_of<S: Simd, V: Lanes<S>, const W: usize, const N: usize>(simd: S, row: &[f32; N]) -> [V; W] {
-    std::array::from_fn(|w| V::from_slice(simd, &row[w * V::LEN..(w + 1) * V::LEN]))
+    let mut vectors = [V::splat(simd, 0.0); W];
+    for w in 0..W {
+        vectors[w] = V::from_slice(simd, &row[w * V::LEN..(w + 1) * V::LEN]);
+    }
+    vectors
 }
 
 /// Mask of the lanes whose bits are set.
 #[inline(always)]
 fn lanes<S: Simd, V: Lanes<S>, const W: usize>(simd: S, bits: u64) -> [V::Mask; W] {
-    std::array::from_fn(|w| V::Mask::from_bitmask(simd, bits >> (w * V::LEN)))
+    let mut masks = [V::Mask::from_bitmask(simd, 0); W];
+    for w in 0..W {
+        masks[w] = V::Mask::from_bitmask(simd, bits >> (w * V::LEN));
+    }
+    masks
 }
 
 /// One bit per lane of `row` that equals `value`.

@@ -1,4 +1,7 @@
 //! Shapes of the builder's vectors: fields per container, primitives per batch, clusters per vector.
+//!
+//! Kernels fill arrays of vectors in loops, not by `std::array::from_fn`: that may stay a function of its own, which has not the
+//! instructions of the level that calls it, so that each operation in it becomes a call.
 
 use fearless_simd::{Simd, SimdFloat};
 
