@@ -256,7 +256,7 @@ impl Default for RenderSettings {
             mesh_edges: false,
             section: None,
             simd: SimdLevel::best(),
-            samples: 16,
+            samples: 64,
         }
     }
 }

@@ -75,7 +75,7 @@ pub struct PictureArgs {
     /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
-    /// Antialiasing samples a pixel, 1 to 1024 [default: 16]
+    /// Antialiasing samples a pixel, 1 to 1024 [default: 64]
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 }
