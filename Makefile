@@ -60,7 +60,7 @@ unit:
 # The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need
 # the window. With the examples, of which there are none, because the development dependencies leave fewer crates to check again.
 headless:
-	cargo clippy --no-default-features --features dist --lib --bins --examples -- -D warnings
+	cargo clippy --no-default-features --features dist,ktx2 --lib --bins --examples -- -D warnings
 	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
 
 # With the examples, because their dependencies make it the same set of features that lint has checked already.
@@ -88,7 +88,7 @@ INSTALLED := $(DESTDIR)$(PREFIX)
 dist:
 	@if command -v cargo >/dev/null; then \
 		set -x; rm -rf target/dist; \
-		cargo build --release --locked --features accessibility && \
+		cargo build --release --locked --features accessibility,ktx2 && \
 		cargo run --locked --no-default-features --features dist --bin bvhscope-dist -- target/dist; \
 	elif [ -x target/release/bvhscope ] && [ -e target/dist/bvhscope.1 ]; then \
 		echo "Rust is not in the PATH: taking what was built before."; \

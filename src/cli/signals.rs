@@ -13,6 +13,10 @@ pub const INTERRUPTED: u8 = 130;
 #[cfg(feature = "gui")]
 static WINDOW: AtomicBool = AtomicBool::new(false);
 
+/// Signals that ask the process to end.
+#[cfg(unix)]
+const ENDING: [libc::c_int; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+
 /// Installs the handlers. The token is cancelled by the first signal.
 pub fn install() -> CancelToken {
     let token = CancelToken::new();
@@ -28,11 +32,11 @@ pub fn install() -> CancelToken {
         }
         handler_token.cancel();
     };
-    if let Err(error) = ctrlc::set_handler(handler) {
+    if let Err(error) = listen(handler) {
         console::note(format_args!("bvhscope: Ctrl-C ends the program at once: {error}"));
         // Without a thread for the handler the signals would be lost.
         #[cfg(unix)]
-        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+        for signal in ENDING {
             let at_once = std::sync::Arc::new(true.into());
             let _ = signal_hook::flag::register_conditional_shutdown(signal, INTERRUPTED.into(), at_once);
         }
@@ -43,6 +47,20 @@ pub fn install() -> CancelToken {
         console::note(format_args!("bvhscope: a limit on the size of files ends the program: {error}"));
     }
     token
+}
+
+/// Calls `handler` in a thread of its own at each signal that asks the process to end.
+#[cfg(unix)]
+fn listen(handler: impl Fn() + Send + 'static) -> std::io::Result<()> {
+    let mut signals = signal_hook::iterator::Signals::new(ENDING)?;
+    let wait = move || signals.forever().for_each(|_| handler());
+    std::thread::Builder::new().name("signals".into()).spawn(wait).map(drop)
+}
+
+/// Calls `handler` in a thread of its own at Ctrl-C and where the console is closed.
+#[cfg(not(unix))]
+fn listen(handler: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(handler)
 }
 
 /// Lets the window take the signals. Returns whether one came before.

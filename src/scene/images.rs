@@ -36,6 +36,13 @@ pub(super) enum Content {
     Exponents(u32),
 }
 
+/// Textures in KTX2 files are read.
+pub(super) const READS_KTX2: bool = cfg!(any(feature = "ktx2", test));
+/// How to get a model whose textures are read in any build.
+pub(super) const UNPACK_TEXTURES: &str = "convert them with 'gltf-transform ktxdecompress IN OUT'";
+/// The first bytes of a KTX2 file (Khronos, *KTX File Format Specification* 2.0, section 3.1).
+const KTX2_SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
+
 /// How a texture lies on surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TextureUse {
@@ -282,7 +289,8 @@ const SMALL_FILE: usize = 1 << 14;
 
 /// Runs [`decode`] so that cancelling does not have to wait for it; `None` once cancelled.
 fn decode_on_thread(bytes: Vec<u8>, budget: u64, token: &CancelToken) -> Option<Decoded> {
-    if bytes.len() < SMALL_FILE {
+    // The decoder of KTX2 may panic, which ends its thread.
+    if bytes.len() < SMALL_FILE && !bytes.starts_with(KTX2_SIGNATURE) {
         return Some(decode(&bytes, budget));
     }
     let decoded = run_on_thread(move || decode(&bytes, budget), token).ok()?;
@@ -312,8 +320,21 @@ pub(super) fn run_on_thread<T: Send + 'static>(
     }
 }
 
+#[cfg(any(feature = "ktx2", test))]
+use super::ktx2::decode as decode_ktx2;
+
+#[cfg(not(any(feature = "ktx2", test)))]
+fn decode_ktx2(_: &[u8], _: u32, _: u64) -> Decoded {
+    Err(format!("it is a KTX2 file; {UNPACK_TEXTURES}"))
+}
+
 /// Decodes an image file to RGBA within `budget` bytes.
 fn decode(bytes: &[u8], budget: u64) -> Decoded {
+    // The decoder's buffer, the RGBA image and the texels exist at the same time.
+    let limit = MAX_IMAGE.min(budget).min(Budget::of_process().left() / 3);
+    if bytes.starts_with(KTX2_SIGNATURE) {
+        return decode_ktx2(bytes, MAX_SIDE, limit);
+    }
     let damaged = |error: &dyn std::fmt::Display| format!("its data are damaged: {error}");
     let mut reader =
         image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
@@ -323,8 +344,7 @@ fn decode(bytes: &[u8], budget: u64) -> Decoded {
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
-    // The decoder's buffer, the RGBA image and the texels exist at the same time.
-    limits.max_alloc = Some(MAX_IMAGE.min(budget).min(Budget::of_process().left() / 3));
+    limits.max_alloc = Some(limit);
     reader.limits(limits);
     let explain = |error: image::ImageError| match error {
         image::ImageError::Limits(_) => format!("it exceeds the limit of {MAX_SIDE} pixels a side or of memory"),

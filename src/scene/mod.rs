@@ -46,6 +46,8 @@ mod assemble;
 mod smooth;
 
 mod images;
+#[cfg(any(feature = "ktx2", test))]
+mod ktx2;
 
 #[allow(clippy::arithmetic_side_effects, reason = "sizes of an image that was decoded, and floats")]
 mod bump;

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use super::table::extension;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
+use crate::scene::images::{READS_KTX2, UNPACK_TEXTURES};
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -15,9 +16,6 @@ const UNPACK: &str = "convert the file with 'gltf-transform optimize --compress 
 
 /// Remedy for glTF 1.0.
 pub(super) const UPGRADE: &str = "convert it with 'gltf-pipeline -i IN -o OUT', or export the model as glTF 2.0";
-
-/// Remedy for textures in KTX2 files.
-pub(super) const UNPACK_TEXTURES: &str = "convert them with 'gltf-transform ktxdecompress IN OUT'";
 
 /// A version "major.minor".
 fn version(text: &str) -> Option<(u32, u32)> {
@@ -80,7 +78,8 @@ pub(super) fn check_extensions(path: &Path, document: &Map<String, Value>) -> Re
     ];
     let required = document.get("extensionsRequired").and_then(Value::as_array);
     for (index, name) in required.into_iter().flatten().filter_map(Value::as_str).enumerate() {
-        if SUPPORTED.contains(&name) || name.starts_with("KHR_materials_") {
+        let reads_textures = READS_KTX2 && name == extension::BASISU;
+        if reads_textures || SUPPORTED.contains(&name) || name.starts_with("KHR_materials_") {
             continue;
         }
         let (what, advice) = match name {

@@ -9,14 +9,13 @@ use gltf::material::AlphaMode;
 use gltf::texture::{Texture, WrappingMode};
 use serde_json::Value;
 
-use super::announced::UNPACK_TEXTURES;
 use super::document::Document;
 use super::primitive::MaterialUse;
 use super::table::{NO_IMAGE, extension};
 use super::transform::numbers;
 use super::uri::{file_name, is_data, read_uri};
 use crate::scene::error::FileLocation;
-use crate::scene::images::{Content, Images, TextureUse};
+use crate::scene::images::{Content, Images, READS_KTX2, TextureUse, UNPACK_TEXTURES};
 use crate::scene::material::{Material, WrapMode};
 
 /// Every material of the file followed by the default material, and how primitives use each.
@@ -156,9 +155,12 @@ impl Reader<'_, '_> {
     /// The texels of a texture, repeated.
     fn picture(&mut self, texture: &Texture) -> Option<u32> {
         let index = texture.index();
-        let webp = texture.extension_value(extension::WEBP).and_then(|webp| webp.get("source")?.as_u64());
-        let webp = webp.and_then(|source| self.document.gltf.images().nth(usize::try_from(source).ok()?));
-        let Some(image) = webp.or_else(|| texture.source()) else {
+        let named_by = |extension: &str| {
+            let source = texture.extension_value(extension)?.get("source")?.as_u64()?;
+            self.document.gltf.images().nth(usize::try_from(source).ok()?)
+        };
+        let ktx2 = if READS_KTX2 { named_by(extension::BASISU) } else { None };
+        let Some(image) = ktx2.or_else(|| named_by(extension::WEBP)).or_else(|| texture.source()) else {
             // The last entry stands for textures that do not exist.
             if index.saturating_add(1) < self.document.gltf.textures().len() {
                 let detail = match texture.extension_value(extension::BASISU) {

@@ -305,7 +305,7 @@ static TEXTURE: Rule = Object(&[
     (
         "extensions",
         Extensions(&[
-            (extension::BASISU, Present),
+            (extension::BASISU, Object(&[("source", to("images", Field, NO_IMAGE))])),
             (extension::WEBP, Object(&[("source", to("images", Field, NO_IMAGE))])),
         ]),
     ),
