@@ -283,6 +283,7 @@ fn check_plot(path: &Path, command: &str) {
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"));
         let labels: &[&str] = match command {
             "scaling" => &["Threads", "Speed-up over one thread", "Parallel efficiency (%)"],
+            "animate" => &["Time of the clip (s)", "Update until rays can be traced (ms)", "Tests per ray", "SAH cost"],
             "sweep" => &[
                 "Threshold δ (primitives)",
                 "Relative to δ = ",
