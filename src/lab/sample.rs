@@ -4,11 +4,13 @@
 use serde_json::Value;
 
 use super::conditions::{Conditions, ViewConditions};
-use super::measurement::Measurement;
+use super::measurement::{FrameOfClip, Measurement};
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
+use crate::catalog::numbers::rows::{BEHIND_MS, POPULATION_TESTS_PER_RAY, RAY_NS, UPDATE_MS};
 use crate::catalog::settings::{CURVE, EPSILON, OPTIMIZE, ROUNDS, Stated, THRESHOLD};
 use crate::catalog::values::Values;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::tree::ContainerKind;
 
 /// A row in which every column is set.
@@ -22,6 +24,7 @@ pub(super) fn sample() -> Measurement {
         preset: Some("fast".to_owned()),
         container: ContainerKind::Aabb,
         settings: settings(),
+        motion: Some(FrameOfClip { policy: Policy::Rotate, clip: "run".to_owned(), frame: 37, time_s: 1.5 }),
         traversal: "ordered".to_owned(),
         threads: 3,
         width_px: 101,
@@ -106,7 +109,11 @@ fn values() -> Values {
         "speedup": 2.75,
         "trace_speedup": 1.25,
     });
-    serde_json::from_value(values).unwrap()
+    let mut values: Values = serde_json::from_value(values).unwrap();
+    for (number, value) in [(UPDATE_MS, 0.75), (BEHIND_MS, 6.5), (RAY_NS, 41.25), (POPULATION_TESTS_PER_RAY, 33.5)] {
+        values.set(number, value);
+    }
+    values
 }
 
 /// A prediction in which every number is another.
