@@ -12,9 +12,9 @@ use crate::app::state::HiddenNodes;
 use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
-use crate::render::RenderSettings;
 use crate::render::cluster_cut::ClusterCut;
-use crate::scene::{LoadError, Scene};
+use crate::render::{Adaptation, RenderSettings};
+use crate::scene::{LoadError, Moment, Scene};
 use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
@@ -31,8 +31,10 @@ const CANCEL_POLL: Duration = Duration::from_millis(5);
 /// The inputs of a tree.
 #[derive(Clone)]
 pub(crate) struct BuildKey {
-    /// The scene, compared by identity.
+    /// A scene of the model, compared by model: it is moved where its moment is another.
     pub scene: Arc<Scene>,
+    /// The moment of a model that moves.
+    pub moment: Option<Moment>,
     /// How the tree is built, unless a file holds it.
     pub settings: BuildSettings,
     /// The file that holds the tree.
@@ -49,20 +51,37 @@ impl PartialEq for BuildKey {
             (None, None) => self.settings == other.settings,
             (file, of_other) => file == of_other && self.revision == other.revision,
         };
-        Arc::ptr_eq(&self.scene, &other.scene) && same_tree && self.threads == other.threads
+        self.scene.is_same_model(&other.scene)
+            && self.moment == other.moment
+            && same_tree
+            && self.threads == other.threads
     }
 }
 
 impl BuildKey {
     /// Builds the tree, or reads it.
     fn tree(&self, session: &mut BuildSession, token: &CancelToken) -> Result<Accel, BuildError> {
-        let Some(path) = &self.file else {
-            return Accel::build_with_session(&self.scene, &self.settings, Some(session), token);
-        };
-        Accel::read(&self.scene, path, token).map_err(|error| match &error {
-            LoadError::Cancelled(cancelled) => BuildError::Cancelled(*cancelled),
-            LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
-        })
+        let scene = self.moved(token).map_err(refused)?;
+        match &self.file {
+            None => Accel::build_with_session(&scene, &self.settings, Some(session), token),
+            Some(path) => Accel::read(&scene, path, token).map_err(refused),
+        }
+    }
+
+    /// The scene at the moment.
+    fn moved(&self, token: &CancelToken) -> Result<Arc<Scene>, LoadError> {
+        match self.moment.filter(|_| self.scene.moment != self.moment) {
+            Some(moment) => self.scene.at(moment, token).map(Arc::new),
+            None => Ok(Arc::clone(&self.scene)),
+        }
+    }
+}
+
+/// Why there is no tree where there is no scene, or no file.
+fn refused(error: LoadError) -> BuildError {
+    match error {
+        LoadError::Cancelled(cancelled) => BuildError::Cancelled(cancelled),
+        LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
     }
 }
 
@@ -89,6 +108,8 @@ pub(crate) struct FirstView {
     pub size_px: [u32; 2],
     /// Number of pixels along each side that share a ray.
     pub coarseness: f32,
+    /// How the exposure follows that of the picture on the screen; `None` for that of the view.
+    pub adaptation: Option<Adaptation>,
     /// The nodes whose triangles are left out.
     pub hidden: HiddenNodes,
     /// The cut whose nodes cluster colours show.
@@ -99,10 +120,10 @@ impl FirstView {
     /// Traces this view of `accel`, whose overlay table is `table`.
     fn trace(mut self, accel: &Arc<Accel>, table: &NodeTable, token: &CancelToken) -> Result<Rendered, Cancelled> {
         let hidden = hidden_triangles(accel, table, &mut self.hidden);
-        let Self { camera, settings, size_px, coarseness, clusters, .. } = self;
+        let Self { camera, settings, size_px, coarseness, adaptation, clusters, .. } = self;
         let accel = Arc::clone(accel);
         let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second: None, difference: false };
-        let frame = Arc::new(key.trace(coarseness, None, false, token, &|_| {})?);
+        let frame = Arc::new(key.trace(coarseness, adaptation, false, token, &|_| {})?);
         Ok(Rendered { key, frame, second: None, difference: None, complete: [false; 2], last: false })
     }
 }

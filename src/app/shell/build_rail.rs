@@ -61,8 +61,8 @@ impl BuildRail {
             Some(_) => None,
         };
         if let Some(current) = self.latest.key() {
-            let same_scene = Arc::ptr_eq(&current.scene, &key.scene);
-            if current == key || (moving && same_scene) {
+            let same_model = current.scene.is_same_model(&key.scene);
+            if current == key || (moving && same_model) {
                 if self.latest.newest() != Some(key) && refusal.is_none() {
                     self.latest.queue(key.clone(), job, now);
                 }
@@ -86,8 +86,8 @@ impl BuildRail {
         };
         newest.is_some_and(|(accel, threads)| {
             let file = accel.file.as_ref().map(|file| file.path.clone());
-            let (scene, revision) = (Arc::clone(&accel.scene), self.read_revision);
-            *key == BuildKey { scene, settings: accel.settings, file, revision, threads }
+            let (scene, moment, revision) = (Arc::clone(&accel.scene), accel.scene.moment, self.read_revision);
+            *key == BuildKey { scene, moment, settings: accel.settings, file, revision, threads }
         })
     }
 
@@ -215,7 +215,7 @@ mod tests {
         let request = |rail: &mut BuildRail| {
             let (scene, file) = (Arc::clone(&scene), Some(path.clone()));
             let settings = BuildSettings::default();
-            let key = BuildKey { scene, settings, file, revision: rail.revision(), threads: 0 };
+            let key = BuildKey { scene, moment: None, settings, file, revision: rail.revision(), threads: 0 };
             rail.request(BuildJob { key, view: None, overlay: None, moving: false }, None, Instant::now()).unwrap();
         };
         request(&mut rail);

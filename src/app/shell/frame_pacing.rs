@@ -119,13 +119,14 @@ impl Motion {
         let same = self.last.as_ref().is_some_and(|last| {
             let second = |wanted: &Wanted| wanted.second.map(|second| second.build);
             last.camera == wanted.camera
+                && last.moment == wanted.moment
                 && last.build == wanted.build
                 && last.tree_files == wanted.tree_files
                 && second(last) == second(wanted)
                 && last.render == wanted.render
                 && self.clusters == clusters
         });
-        if !same {
+        if !same || state.model.playback.playing {
             if self.last.is_some() {
                 self.changed_at = Some(now);
             }

@@ -9,6 +9,7 @@ pub mod lab;
 mod layout;
 pub mod lesson;
 mod model;
+mod playback;
 mod second_tree;
 mod selection;
 mod shared_lab;
@@ -26,6 +27,7 @@ pub use activity::{Message, MessageLog, Severity};
 pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
+pub use playback::{FRAME_SECONDS, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
@@ -264,7 +266,8 @@ impl AppState {
     pub fn follow_shared_nodes(&mut self) {
         let Some(shown) = &self.model.presented else { return };
         let accel = &shown.accel;
-        if !self.is_wanted(accel, TreeSide::A) || accel.scene.source != self.wanted.source {
+        let is_there = accel.scene.source == self.wanted.source && accel.scene.moment == self.wanted.moment;
+        if !is_there || !self.is_wanted(accel, TreeSide::A) {
             return;
         }
         let Some(nodes) = self.selection.pasted.take() else { return };

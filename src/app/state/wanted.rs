@@ -10,7 +10,7 @@ use crate::camera::Camera;
 use crate::catalog::settings;
 use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
-use crate::scene::SceneSource;
+use crate::scene::{Moment, SceneSource};
 use crate::section::SectionPlane;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
@@ -21,6 +21,9 @@ use bvhscope_engine::tree::traverse::Traversal;
 pub struct Wanted {
     /// The model.
     pub source: SceneSource,
+    /// The moment of a model that moves; `None` for the pose of the file, without any clip.
+    #[serde(default)]
+    pub moment: Option<Moment>,
     /// How its tree is built.
     pub build: BuildSettings,
     /// Number of threads for building and tracing; 0 for all.
@@ -44,6 +47,7 @@ impl Wanted {
     pub fn new(source: SceneSource) -> Self {
         Self {
             source,
+            moment: None,
             build: BuildSettings::default(),
             threads: 0,
             camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
@@ -64,6 +68,7 @@ impl Wanted {
         for build in std::iter::once(&mut self.build).chain(second) {
             settings::limit(build);
         }
+        self.moment = self.moment.filter(|moment| moment.seconds.is_finite());
         self.threads = self.threads.min(1024);
         self.render.samples = self.render.samples.clamp(1, 1024);
         self.overlay.budget = self.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
@@ -106,12 +111,14 @@ impl Wanted {
         }
     }
 
-    /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`.
+    /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`, or the moment:
+    /// the tree of a file is of one pose.
     pub fn build_what_was_changed(&mut self, before: &Self) {
         for side in TreeSide::ALL {
             let same_file = self.tree_file(side).is_some() && self.tree_file(side) == before.tree_file(side);
             let was_there = side == TreeSide::A || self.second.is_some() && before.second.is_some();
-            if same_file && was_there && self.build_of(side) != before.build_of(side) {
+            let changed = self.build_of(side) != before.build_of(side) || self.moment != before.moment;
+            if same_file && was_there && changed {
                 self.set_tree_file(side, None);
             }
         }

@@ -66,6 +66,12 @@ impl Motion {
         by_name.or_else(|| name.parse().ok().filter(|&number| number < self.clips.len()))
     }
 
+    /// The moment within the first and the last key of its clip; `None` where there is no such clip, or the time is no number.
+    pub fn within(&self, Moment { clip, seconds }: Moment) -> Option<Moment> {
+        let Clip { start, end, .. } = self.clips.get(clip)?;
+        seconds.is_finite().then(|| Moment { clip, seconds: seconds.max(*start).min(*end) })
+    }
+
     /// Writes the model at `moment`, whose clip exists, into `pose`, in the calling thread's rayon pool.
     pub fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
         self.mover.pose(moment, pose, token)
