@@ -30,7 +30,7 @@ use crate::scene::Scene;
 pub use file_tree::FileTree;
 
 /// Number of triangles sampled for the end-point overlap of a large scene.
-const EPO_SAMPLES: usize = 2_000;
+pub const EPO_SAMPLES: usize = 2_000;
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the

@@ -1,7 +1,8 @@
 //! Rate of refitting in million triangles per second, and the SAH cost that each way leaves: medians over a mesh that is bent more and
 //! more.
 //!
-//! `cargo run --release -p bvhscope-engine --example refit_rate [TRIANGLES…]`
+//! `cargo run --release -p bvhscope-engine --example refit_rate [TRIANGLES|FILE…]`, where a file holds nine f32 for each triangle, as
+//! `bvhscope info MODEL --triangles FILE` writes them.
 
 mod meshes;
 
@@ -21,12 +22,12 @@ const MOMENTS: usize = 9;
 const MOVES: usize = 1_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let mut counts = std::env::args().skip(1).map(|count| count.parse()).collect::<Result<Vec<usize>, _>>()?;
-    if counts.is_empty() {
-        counts = vec![100_000, 1_000_000];
+    let mut meshes: Vec<String> = std::env::args().skip(1).collect();
+    if meshes.is_empty() {
+        meshes = ["100000", "1000000"].map(str::to_owned).to_vec();
     }
-    for count in counts {
-        let triangles = meshes::bumpy_ball(count);
+    for mesh in meshes {
+        let triangles = mesh.parse().map_or_else(|_| read(&mesh), |count| Ok(meshes::bumpy_ball(count)))?;
         println!("{} triangles", triangles.len());
         for container in ContainerKind::ALL {
             for threads in [1, 2] {
@@ -36,6 +37,18 @@ fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
         }
     }
     Ok(())
+}
+
+/// The triangles in a file of nine little-endian f32 for each, scaled to the size of the other mesh.
+fn read(path: &str) -> Result<Vec<Triangle>, std::io::Error> {
+    let bytes = std::fs::read(path)?;
+    let number = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let numbers: Vec<f32> = bytes.chunks_exact(4).map(number).collect();
+    let (low, high) =
+        numbers.iter().fold((f32::MAX, f32::MIN), |(low, high), &number| (low.min(number), high.max(number)));
+    let corner = |at: &[f32]| (Vec3::from_slice(at) - low) * (2.0 / (high - low)) - 1.0;
+    let triangle = |of: &[f32]| Triangle { a: corner(&of[..3]), b: corner(&of[3..6]), c: corner(&of[6..]) };
+    Ok(numbers.chunks_exact(9).map(triangle).collect())
 }
 
 /// The mesh bent around the y axis.

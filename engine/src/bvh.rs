@@ -50,7 +50,7 @@ pub struct BinaryBvh {
 }
 
 /// The wide tree of a [`Bvh`], traced with the best SIMD level of this machine. [`AnyWideTree`] offers the others.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct WideBvh {
     /// Nodes and leaves.
     pub tree: AnyWideTree,

@@ -39,10 +39,11 @@
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
-//! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated or moved | builders | [`refit::refit`], [`refit::WideRefit`] |
+//! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated, moved or built again | pictures, frames | [`refit::refit`], [`refit::WideRefit`] |
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
 //! | `bvh` | both trees and the report of the build as one value | | [`build`], [`Bvh`] |
+//! | [`follow`] | both trees behind one policy, which keep up with triangles that move from frame to frame | clips, seconds | [`follow::Follower`], [`follow::Policy`] |
 //!
 //! None of them depends on files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
 //! calling thread, rays on the calling thread.
@@ -77,6 +78,8 @@ pub mod refit;
 pub mod fingerprint;
 
 mod bvh;
+
+pub mod follow;
 
 #[cfg(feature = "tree-file")]
 pub mod tree_file;

@@ -20,6 +20,14 @@ pub const TREE: [Field; 7] = [
     ("container", "box or sphere"),
 ];
 
+/// Of `animate`, behind the settings.
+pub const MOTION: [Field; 4] = [
+    ("policy", "Of `animate`: the policy by which the tree follows the model"),
+    ("clip", "Of `animate`, and of `render` with `--time` or `--frames`: name of the clip"),
+    ("frame", "Of `animate`: the frame, from 0"),
+    ("time_s", "Time of the clip in seconds"),
+];
+
 /// Behind the settings.
 pub const THREADS: Field = ("threads", "Number of threads for building and tracing");
 
@@ -98,8 +106,6 @@ const OWN: [(&str, &[Field]); 5] = [
         "Of `render`",
         &[
             ("samples", "Rays of each pixel"),
-            ("clip", "Of `--time` or `--frames`: name of the clip"),
-            ("time_s", "Time of the clip in seconds"),
             ("color_range", "Values at the two ends of the colours, where these stand for values"),
             ("output", "The file that was written"),
         ],
@@ -145,13 +151,18 @@ const OWN: [(&str, &[Field]); 5] = [
 /// All columns of CSV, in order.
 pub fn columns() -> Vec<&'static str> {
     let key = |(key, _): &Field| *key;
-    let tree = TREE.iter().map(key).chain(parameters().map(|row| row.key)).chain([key(&THREADS)]);
+    let tree = TREE
+        .iter()
+        .map(key)
+        .chain(parameters().map(|row| row.key))
+        .chain(MOTION.iter().map(key))
+        .chain([key(&THREADS)]);
     tree.chain(keys()).chain(CONDITIONS.iter().map(key)).collect()
 }
 
 /// The page `docs/fields.md`.
 pub fn page() -> String {
-    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `info`, `render`, `ray`, and `a` and \
+    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `animate`, `info`, `render`, `ray`, and `a` and \
                     `b` of `diff`. Where a field does not apply it is absent; where it is not known it is null, in CSV empty. \
                     Written from the program's own table; a test compares both.\n"
         .to_owned();
@@ -163,7 +174,10 @@ pub fn page() -> String {
     };
     let plain = |(key, meaning): &Field| (String::from(*key), "", String::from(*meaning));
     let settings = parameters().map(|row| (row.key.to_owned(), "", format!("{}. {}", row.label, row.tip)));
-    section("The tree", &mut TREE.iter().map(plain).chain(settings).chain([plain(&THREADS)]));
+    section(
+        "The tree",
+        &mut TREE.iter().map(plain).chain(settings).chain(MOTION.iter().map(plain)).chain([plain(&THREADS)]),
+    );
     let numbers = NUMBERS.iter().flat_map(|number| {
         let own = (number.key.to_owned(), number.unit, number.meaning.to_owned());
         let spread = number.spread.map(|(key, _)| {

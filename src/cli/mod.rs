@@ -116,6 +116,7 @@ fn load_args(command: &CommandArgs) -> Option<&StrictLoadArgs> {
         CommandArgs::Sweep(args) => &args.measure.load,
         CommandArgs::Scaling(args) => &args.measure.load,
         CommandArgs::Compare(args) => &args.measure.load,
+        CommandArgs::Animate(args) => &args.measure.load,
         CommandArgs::Diff(args) => &args.load,
         CommandArgs::Plot(_) => return None,
     })
@@ -130,6 +131,7 @@ fn simd(cli: &Cli) -> Option<SimdLevel> {
         Some(CommandArgs::Sweep(args)) => args.measure.trace.simd,
         Some(CommandArgs::Scaling(args)) => args.measure.trace.simd,
         Some(CommandArgs::Compare(args)) => args.measure.trace.simd,
+        Some(CommandArgs::Animate(args)) => args.measure.trace.simd,
         Some(CommandArgs::Diff(args)) => args.trace.simd,
         Some(CommandArgs::Info(args)) => args.simd,
         Some(CommandArgs::Ray(args)) => args.simd,
@@ -166,6 +168,7 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
         Some(CommandArgs::Compare(args)) => of_one_model(&args.files, &args.measure),
         Some(CommandArgs::Sweep(args)) => of_one_model(&args.files, &args.measure),
         Some(CommandArgs::Scaling(args)) => several(&args.tree, &[ContainerKind::Aabb]),
+        Some(CommandArgs::Animate(args)) => several(&args.tree, &[ContainerKind::Aabb]),
         // The settings of `diff` were checked one by one.
         Some(CommandArgs::Diff(_) | CommandArgs::Plot(_)) => None,
     }
@@ -205,6 +208,10 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
             let job = Job::Scaling { setups, max_threads: threads, predict: args.predict };
             measure(job, Vec::new(), args.measure, &mut context)
+        }
+        CommandArgs::Animate(args) => {
+            let (setups, plan) = resolve::animate(&args);
+            measure(Job::Animate { setups, plan }, Vec::new(), args.measure, &mut context)
         }
         CommandArgs::Sweep(args) => {
             measure(Job::Sweep(resolve::sweep(&args)), args.files.trees, args.measure, &mut context)
@@ -247,6 +254,7 @@ fn threads(command: &CommandArgs) -> Option<usize> {
         CommandArgs::Sweep(args) => args.measure.trace.threads,
         CommandArgs::Scaling(args) => args.measure.trace.threads,
         CommandArgs::Compare(args) => args.measure.trace.threads,
+        CommandArgs::Animate(args) => args.measure.trace.threads,
         CommandArgs::Diff(args) => args.trace.threads,
         CommandArgs::Plot(_) => None,
     }

@@ -5,6 +5,7 @@ use crate::overlay::{ColorBy, OverlayKinds};
 use crate::render::{Background, ColorMap, Light, NormalSource, RayKind, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::construction::MergeOrder;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
@@ -46,6 +47,7 @@ named!(
     SimdLevel,
     MergeOrder,
     Population,
+    Policy,
 );
 
 /// A picture is of one tree.
@@ -138,6 +140,22 @@ pub fn populations_help(before: &str) -> String {
     format!("{before}a list of {names}, separated by commas, or all [default: none]")
 }
 
+/// Policies of a tree that follows a model; all that apply where none is named.
+#[derive(Debug, Clone)]
+pub struct Policies(pub Vec<Policy>);
+
+/// Parses a comma-separated list of policies, each once, or `all`.
+pub fn policies(text: &str) -> Result<Policies, String> {
+    let mut list = Vec::new();
+    for name in text.split(',').filter(|_| text != "all") {
+        let policy = named(name)?;
+        if !list.contains(&policy) {
+            list.push(policy);
+        }
+    }
+    Ok(Policies(list))
+}
+
 /// Parses a SIMD level that this machine supports.
 pub fn simd(text: &str) -> Result<SimdLevel, String> {
     let available: Vec<SimdLevel> = SimdLevel::ALL.into_iter().filter(|level| level.is_available()).collect();
@@ -181,6 +199,7 @@ mod tests {
         assert_help_names::<ContainerKind>("sweep", "container");
         assert_help_names::<Population>("compare", "rays");
         assert_help_names::<Population>("info", "rays");
+        assert_help_names::<Policy>("animate", "policy");
     }
 
     #[test]
@@ -194,6 +213,11 @@ mod tests {
         assert_eq!((populations("all"), populations("none")), (Ok(Populations::ALL), Ok(Populations::NONE)));
         let names = "one of primary, shadow, ao, bounce, random is expected";
         assert_eq!(populations("primary,photons").unwrap_err(), names);
+        assert_eq!(policies("rebuild,refit,rebuild").unwrap().0, [Policy::Rebuild, Policy::Refit]);
+        assert!(policies("all").unwrap().0.is_empty());
+        let names =
+            "one of keep, refit, rotate, reinsert, partial-rebuild, rebuild, rebuild-behind, whole-clip is expected";
+        assert_eq!(policies("refit,reload").unwrap_err(), names);
         assert!(tree_builder("none").is_err() && tree_builder("exact").is_ok());
     }
 }

@@ -1,4 +1,4 @@
-//! `bench`, `sweep`, `scaling` and `compare`: run a measuring job over models, and write its rows to stdout and files.
+//! `bench`, `sweep`, `scaling`, `compare` and `animate`: run a measuring job over models, and write its rows to stdout and files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,12 +9,13 @@ use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, check_target, write_bytes, write_file};
+use crate::lab::motion::AnimatePlan;
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
-use crate::scene::{Scene, SceneSource};
+use crate::scene::{Moment, Scene, SceneSource};
 use crate::text::printable;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
@@ -195,7 +196,10 @@ impl Run<'_> {
         if !command.job.concerns(index, command.sources.len()) {
             return Ok(());
         }
-        let scene = context.load(source)?;
+        let mut scene = context.load(source)?;
+        if let Job::Animate { plan, .. } = &command.job {
+            scene = at_start(scene, plan, &context.token)?;
+        }
         self.finished.warned |= !scene.warnings.is_empty();
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         self.read.add_read(&scene.files_read);
@@ -247,6 +251,14 @@ impl Run<'_> {
         }
         Ok(trees)
     }
+}
+
+/// A model that moves at the beginning of the clip, so that a view frames all of it.
+fn at_start(scene: Arc<Scene>, plan: &AnimatePlan, token: &CancelToken) -> Result<Arc<Scene>, Failure> {
+    let Some(motion) = &scene.motion else { return Ok(scene) };
+    let clip = motion.choose(plan.clip.as_deref()).map_err(Failure::Failed)?;
+    let moment = Moment { clip, seconds: motion.clips[clip].start };
+    Ok(Arc::new(in_pool(|| scene.at(moment, token))?))
 }
 
 /// A job that ended early on `source`.

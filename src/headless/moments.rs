@@ -4,14 +4,10 @@ use std::sync::Arc;
 
 use super::context::{Failure, in_pool};
 use crate::scene::{Moment, Scene};
-use crate::text::{counted, quoted};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Most frames of a film.
 const MAX_FRAMES: f32 = 10_000.0;
-
-/// Names of clips that a message lists.
-const LISTED: usize = 12;
 
 /// Times of a clip in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,18 +90,7 @@ impl MomentChoice {
                 scene.source
             )));
         };
-        let clip = match &self.clip {
-            None => 0,
-            Some(name) => motion.find(name).ok_or_else(|| {
-                let names =
-                    motion.clips.iter().enumerate().map(|(number, clip)| format!("{number} {}", quoted(&clip.name)));
-                let mut names: Vec<String> = names.take(LISTED).collect();
-                if motion.clips.len() > LISTED {
-                    names.push(counted((motion.clips.len() - LISTED) as u64, "others"));
-                }
-                Failure::Failed(format!("--clip {name}: the model has no such clip; there are {}", names.join(", ")))
-            })?,
-        };
+        let clip = motion.choose(self.clip.as_deref()).map_err(Failure::Failed)?;
         let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], Times::seconds);
         Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())
     }

@@ -18,6 +18,9 @@ const MAX_LINE: u64 = 1 << 20;
 /// Magnitudes of the numbers of a row, but for 0: no measurement is beyond, and axes could not be divided.
 const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
+/// The commands whose rows have plots.
+const PLOTTED: &str = "bench, sweep, scaling, compare and animate";
+
 /// Settings of `plot`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotCommand {
@@ -77,13 +80,11 @@ fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Resul
 
 /// The row in `line`. Refuses numbers that nothing could have been measured as.
 fn row(line: &str) -> Result<Measurement, String> {
-    let not_a_row = |error| format!("not a row of bench, sweep, scaling or compare: {error}");
+    let not_a_row = |error| format!("not a row of {PLOTTED}: {error}");
     let fields: Value = serde_json::from_str(line).map_err(not_a_row)?;
     let command = fields.get("command").and_then(Value::as_str);
     if let Some(command) = command.filter(|command| ["diff", "info", "render"].contains(command)) {
-        return Err(format!(
-            "a row of {command}, of which there is no plot: plots show bench, sweep, scaling and compare"
-        ));
+        return Err(format!("a row of {command}, of which there is no plot: plots show {PLOTTED}"));
     }
     if let Some((name, number)) = fields.as_object().into_iter().flatten().find_map(|(name, value)| {
         let number = number_beyond(value)?;

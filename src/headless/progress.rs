@@ -34,7 +34,7 @@ impl Progress {
             return Self { bar: None, follower: None };
         }
         let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{msg:32!} {bar:30} {percent:>3} %  {elapsed}") {
+        if let Ok(style) = ProgressStyle::with_template("{msg:32!} {bar:30} {percent:>3} %  {elapsed}, {eta} left") {
             bar.set_style(style);
         }
         bar.set_message(printable(label).into_owned());

@@ -3,6 +3,7 @@
 use super::bench::bench;
 use super::compare::compare;
 use super::measure::{LabError, RowSink};
+use super::motion::{AnimatePlan, animate};
 use super::scaling::scaling;
 use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep, sweep_files};
@@ -31,6 +32,13 @@ pub enum Job {
         /// Also predict the speed-up on more cores.
         predict: bool,
     },
+    /// Trees that follow a model that moves.
+    Animate {
+        /// The trees to measure.
+        setups: Vec<Setup>,
+        /// Policies and frames.
+        plan: AnimatePlan,
+    },
     /// Every builder.
     Compare {
         /// Boxes, spheres or both.
@@ -50,6 +58,7 @@ impl Job {
             Self::Sweep(_) => "sweep",
             Self::Scaling { .. } => "scaling",
             Self::Compare { .. } => "compare",
+            Self::Animate { .. } => "animate",
         }
     }
 
@@ -65,6 +74,11 @@ impl Job {
             }
             Self::Bench { setups, .. } | Self::Scaling { setups, .. } => {
                 setups.iter().find_map(|setup| setup.build.refusal(0))
+            }
+            Self::Animate { setups, plan } => {
+                let policies = || plan.policies.iter();
+                let refusal = |setup: &Setup| policies().find_map(|policy| policy.refusal(&setup.build, 0));
+                setups.iter().find_map(|setup| setup.build.refusal(0).or_else(|| refusal(setup)))
             }
             Self::Sweep(_) | Self::Compare { .. } => None,
         }
@@ -92,6 +106,12 @@ impl Job {
             Self::Bench { setups, no_bvh } => bench(subject, setups, view, *no_bvh, token, rows),
             Self::Compare { containers, slow, threads } => {
                 compare(subject, containers, *slow, *threads, view, token, rows)
+            }
+            Self::Animate { setups, plan } => {
+                for (index, setup) in setups.iter().enumerate() {
+                    animate(subject, setup, plan, view, &token.part(index, setups.len()), rows)?;
+                }
+                Ok(())
             }
             Self::Scaling { setups, max_threads, predict } => {
                 for (index, setup) in setups.iter().enumerate() {

@@ -167,8 +167,12 @@ fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Res
 
 /// The picture whose rays are traced.
 pub(super) fn request(accel: &Arc<Accel>, view: &TraceView) -> RenderRequest {
-    let settings = RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() };
-    RenderRequest::new(accel, view.camera, settings, view.size)
+    RenderRequest::new(accel, view.camera, request_settings(view), view.size)
+}
+
+/// The settings of that picture.
+pub(super) fn request_settings(view: &TraceView) -> RenderSettings {
+    RenderSettings { traversal: view.traversal, simd: view.simd, ..RenderSettings::default() }
 }
 
 #[cfg(test)]

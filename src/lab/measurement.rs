@@ -16,6 +16,7 @@ use crate::catalog::numbers::rows::{BUILD_STAGES_MS, TREE_HASH};
 use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
 use crate::text::file_name;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::tree::ContainerKind;
 
 pub use crate::threads::{available_threads, pool};
@@ -23,7 +24,7 @@ pub use crate::threads::{available_threads, pool};
 /// The measurement of one tree. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
-    /// The job that made it: "bench", "sweep", "scaling", "compare" or "diff".
+    /// The job that made it: "bench", "sweep", "scaling", "compare", "animate" or "diff".
     pub command: String,
     /// The model as the user named it.
     pub model: String,
@@ -42,6 +43,9 @@ pub struct Measurement {
     /// The settings of the build.
     #[serde(flatten)]
     pub settings: Stated,
+    /// Animate: the policy, and the moment that the tree is of.
+    #[serde(flatten)]
+    pub motion: Option<FrameOfClip>,
     /// Number of threads for building and tracing.
     pub threads: usize,
     /// The numbers of the catalogue.
@@ -67,6 +71,19 @@ pub struct Measurement {
     /// Warnings of loading the model.
     #[serde(default)]
     pub warnings: Vec<String>,
+}
+
+/// Policy and frame of a row of `animate`. Field names are the JSON names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameOfClip {
+    /// Name of the policy.
+    pub policy: Policy,
+    /// Name of the clip.
+    pub clip: String,
+    /// The frame, from 0.
+    pub frame: usize,
+    /// Time of the clip in seconds.
+    pub time_s: f32,
 }
 
 impl Measurement {

@@ -37,6 +37,7 @@ pub mod prediction;
 
 pub mod icicle;
 pub mod merges;
+pub mod motion;
 pub mod node_ranking;
 
 pub mod plot;

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Ray};
+use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
 use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_visits};
-use bvhscope_engine::tree::{Container, Node, Tree};
+use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 
@@ -191,28 +191,37 @@ impl ViewRays {
 
     /// The rays through `accel`, in a fixed order.
     pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<Ray>, Cancelled> {
-        let Some(kind) = self.population.kind() else {
-            let count = self.columns * self.rows;
-            return Ok(with_tree!(&accel.tree, tree => match tree.nodes.first() {
-                Some(root) => {
-                    let lines = RandomLines::new(root.container, SEED);
-                    (0..count).map(|index| lines.ray(index)).collect()
-                }
-                None => Vec::new(),
-            }));
-        };
+        let Some(kind) = self.population.kind() else { return Ok(self.random_lines(&accel.tree)) };
         let picture = RenderRequest::new(accel, self.camera, self.settings, [self.columns, self.rows]);
         rays_of_picture(&picture, kind, token)
+    }
+
+    /// As many random lines through the root of `tree`.
+    pub fn random_lines(&self, tree: &AnyTree) -> Vec<Ray> {
+        with_tree!(tree, tree => tree.nodes.first().map_or_else(Vec::new, |root| {
+            let lines = RandomLines::new(root.container, SEED);
+            (0..self.columns * self.rows).map(|index| lines.ray(index)).collect()
+        }))
     }
 
     /// Traces them through the binary tree of `accel` and counts the visits of each node, in the calling thread's rayon pool. Hidden
     /// triangles stop rays as all others do.
     pub fn measure(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Visits, Cancelled> {
         let rays = self.list(accel, &token.part(0, 2))?;
-        let triangles = accel.compute_leaf_triangles(token)?;
-        let (count, query, token) = (rays.len() as u32, self.population.query(self.traversal), token.part(1, 2));
+        self.visits(&accel.tree, accel.compute_leaf_triangles(token)?, &rays, &token.part(1, 2))
+    }
+
+    /// The visits of the nodes of `tree` by `rays` of this population. `leaf_triangles` are in leaf order.
+    pub fn visits(
+        &self,
+        tree: &AnyTree,
+        leaf_triangles: &[Triangle],
+        rays: &[Ray],
+        token: &CancelToken,
+    ) -> Result<Visits, Cancelled> {
+        let (count, query) = (rays.len() as u32, self.population.query(self.traversal));
         let ray = |index: u32| rays[index as usize];
-        with_tree!(&accel.tree, tree => measure_visits(tree, triangles, count, ray, query, &token))
+        with_tree!(tree, tree => measure_visits(tree, leaf_triangles, count, ray, query, token))
     }
 }
 
@@ -254,12 +263,33 @@ fn tests_per_entering_ray<C: Container>(
 impl MeasuredRays {
     /// The sums of `visits`, which rays of `population` made in `accel`.
     pub fn new(population: Population, accel: &Accel, visits: &Visits, token: &CancelToken) -> Result<Self, Cancelled> {
-        with_tree!(&accel.tree, tree => {
+        Self::of_tree(population, &accel.tree, visits, token)
+    }
+
+    /// The sums of `visits`, which rays of `population` made in `tree`.
+    pub fn of_tree(
+        population: Population,
+        tree: &AnyTree,
+        visits: &Visits,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        with_tree!(tree, tree => {
             let (sum, predicted_visits) = visits.sums(tree, token)?;
             let (rays, root_hits, cost) = (visits.rays, visits.root_hits(), visits.cost(tree, token)?);
             let tests_per_entering_ray = tests_per_entering_ray(tree, visits, token)?;
             Ok(Self { population, rays, root_hits, visits: sum, predicted_visits, cost, tests_per_entering_ray })
         })
+    }
+
+    /// Containers and triangles tested by a ray, on average over all, those that miss the root included; `None` where that is not known.
+    pub fn tests_per_ray(&self) -> Option<f64> {
+        let misses = f64::from(self.rays - self.root_hits);
+        let tests = match self.tests_per_entering_ray {
+            Some(tests) => tests * f64::from(self.root_hits) + misses,
+            None if self.root_hits == 0 => misses,
+            None => return None,
+        };
+        (self.rays > 0).then(|| tests / f64::from(self.rays))
     }
 }
 

@@ -4,11 +4,12 @@
 use serde_json::Value;
 
 use super::conditions::{Conditions, ViewConditions};
-use super::measurement::Measurement;
+use super::measurement::{FrameOfClip, Measurement};
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
 use crate::catalog::settings::{CURVE, EPSILON, OPTIMIZE, ROUNDS, Stated, THRESHOLD};
 use crate::catalog::values::Values;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::tree::ContainerKind;
 
 /// A row in which every column is set.
@@ -22,6 +23,7 @@ pub(super) fn sample() -> Measurement {
         preset: Some("fast".to_owned()),
         container: ContainerKind::Aabb,
         settings: settings(),
+        motion: Some(FrameOfClip { policy: Policy::Rotate, clip: "run".to_owned(), frame: 37, time_s: 1.5 }),
         traversal: "ordered".to_owned(),
         threads: 3,
         width_px: 101,
@@ -105,6 +107,10 @@ fn values() -> Values {
         "overlay_bytes": 56_003,
         "speedup": 2.75,
         "trace_speedup": 1.25,
+        "update_ms": 0.75,
+        "behind_ms": 6.5,
+        "ray_ns": 41.25,
+        "population_tests_per_ray": 33.5,
     });
     serde_json::from_value(values).unwrap()
 }

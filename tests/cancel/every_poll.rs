@@ -10,7 +10,9 @@ use bvhscope::camera::Camera;
 use bvhscope::export::Protected;
 use bvhscope::headless::exr::write_distances;
 use bvhscope::headless::picture::write_png;
+use bvhscope::lab::LabError;
 use bvhscope::lab::diagnose::diagnose_scene;
+use bvhscope::lab::motion::{MotionPlan, MotionStudy};
 use bvhscope::lab::node_values::KnownVisits;
 use bvhscope::lab::population::{Population, ViewRays};
 use bvhscope::lab::visit_scatter::VisitScatter;
@@ -19,6 +21,7 @@ use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -226,6 +229,37 @@ fn optimizing_stops_at_every_poll() {
 }
 
 #[test]
+fn following_a_model_that_moves_stops_at_every_poll() {
+    let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(3_000) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let settings = RenderSettings::default();
+    let camera = Camera::framing(&scene.subject, scene.up);
+    for policy in Policy::ALL {
+        let plan = MotionPlan {
+            policies: vec![policy],
+            build: BuildSettings::default(),
+            clip: 0,
+            frames: 3,
+            rays: vec![ViewRays::new(Population::Primary, camera, [64; 2], &settings)],
+            simd: settings.simd,
+            repeat: 1,
+        };
+        let study = |token: &CancelToken| -> Result<(), LabError> {
+            let mut study = MotionStudy::new(&scene, plan.clone(), token)?;
+            while study.next_frame(token)?.is_some() {}
+            Ok(())
+        };
+        one_thread().install(|| {
+            at_every_poll(policy.name(), |token| match study(token) {
+                Ok(()) => false,
+                Err(LabError::Cancelled(_)) => true,
+                Err(error) => panic!("{error}"),
+            });
+        });
+    }
+}
+
+#[test]
 fn deriving_from_a_tree_stops_at_every_poll() {
     let pool = one_thread();
     let scene = terrain(40_000);
@@ -323,7 +357,7 @@ fn writing_pictures_stops_at_every_poll() {
 
 #[test]
 fn measuring_stops_at_every_poll() {
-    use bvhscope::lab::{LabError, Setup, Subject, TraceView, measure};
+    use bvhscope::lab::{Setup, Subject, TraceView, measure};
     let scene = terrain(1_000);
     let view = TraceView {
         camera: Camera::framing(&scene.bounds, scene.up),

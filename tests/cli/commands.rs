@@ -23,7 +23,9 @@ const SMALL: [&str; 3] = ["builtin:teapot:2", "--size", "24x16"];
 
 #[test]
 fn every_command_has_help_with_examples_and_the_program_a_version() {
-    for command in ["render", "bench", "sweep", "scaling", "compare", "diff", "plot", "merges", "info", "ray"] {
+    for command in
+        ["render", "bench", "sweep", "scaling", "compare", "animate", "diff", "plot", "merges", "info", "ray"]
+    {
         let (code, out, _) = run(&[command, "--help"]);
         assert_eq!(code, 0, "{command}");
         assert!(out.contains("Examples:") && out.contains(&format!("bvhscope {command}")), "{out}");
@@ -230,9 +232,13 @@ fn plots_open_as_pictures() {
         ("sweep", &["--threshold", "2..=4", "--repeat", "1"]),
         ("scaling", &["--threads", "2", "--repeat", "1"]),
         ("compare", &["--repeat", "1"]),
+        ("animate", &["--repeat", "1", "--frames", "3"]),
     ] {
         let mut args = vec![command];
         args.extend(SMALL);
+        if command == "animate" {
+            args[1] = "builtin:walker:500";
+        }
         args.extend(extra);
         args.push("--json");
         let (code, out, error) = run(&args);

@@ -74,8 +74,10 @@ fn json_of(args: &[&str]) -> String {
 
 #[test]
 fn help_is_as_recorded() {
-    let commands =
-        ["", "render", "bench", "sweep", "scaling", "compare", "diff", "plot", "merges", "info", "ray", "tree"];
+    let commands = [
+        "", "render", "bench", "sweep", "scaling", "compare", "animate", "diff", "plot", "merges", "info", "ray",
+        "tree",
+    ];
     let mut text = String::new();
     for command in commands {
         let args: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
@@ -134,7 +136,7 @@ fn tables_csv_and_json_of_recorded_rows_are_as_recorded() {
     let recorded = std::fs::read_to_string(folder().join("rows.jsonl")).unwrap();
     let all: Vec<Measurement> = recorded.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let mut text = String::new();
-    for command in ["bench", "sweep", "scaling", "compare", "diff"] {
+    for command in ["bench", "sweep", "scaling", "compare", "animate", "diff"] {
         let rows: Vec<Measurement> = all.iter().filter(|row| row.command == command).cloned().collect();
         assert!(!rows.is_empty(), "{command}");
         text.push_str(&format!("## {command}\n"));

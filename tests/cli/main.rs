@@ -6,6 +6,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod animate;
 #[cfg(all(target_os = "linux", feature = "gui"))]
 mod bookmarks;
 mod commands;

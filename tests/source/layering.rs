@@ -28,9 +28,10 @@ const ENGINE: Plan = Plan {
         ("builders", &[]),
         ("construction", &["optimize"]),
         ("wide", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
-        ("refit", &["settings", "stage_times", "order", "builders", "construction"]),
+        ("refit", &["stage_times", "order", "construction"]),
         ("fingerprint", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "refit"]),
         ("bvh", &["order", "optimize", "construction", "refit", "fingerprint"]),
+        ("follow", &["stage_times", "order", "aac", "optimize", "construction", "fingerprint"]),
         (
             "tree_file",
             &[
@@ -44,6 +45,7 @@ const ENGINE: Plan = Plan {
                 "refit",
                 "fingerprint",
                 "bvh",
+                "follow",
             ],
         ),
     ],

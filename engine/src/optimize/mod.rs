@@ -22,10 +22,10 @@ use std::time::Instant;
 pub use anneal::ANNEALING_PARTS;
 use anneal::anneal;
 use collapse::collapse_in_order;
-use reinsert::reinsert;
-pub use reinsert::reinsert_worst;
+pub use reinsert::{Effort, reinsert, reinsert_worst};
 use restructure::restructure;
-use subtree_costs::subtree_costs;
+pub(crate) use simd_box::NodeBounds;
+pub(crate) use subtree_costs::subtree_costs;
 
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
@@ -79,7 +79,7 @@ pub fn optimize<C: ClusterContainer>(
             finish_pass(Pass::Restructure, cost)?;
         }
         if passes.contains(Pass::Reinsert) {
-            cost -= reinsert(&mut box_tree.nodes, primitives, cost, token)?;
+            cost -= reinsert(&mut box_tree.nodes, primitives, cost, Effort::PASS, token)?;
             finish_pass(Pass::Reinsert, cost)?;
         }
         if passes.contains(Pass::Anneal) {

@@ -1,20 +1,23 @@
 //! Search for the best new position of a subtree (Meister, Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
 //! Optimization*, 2018).
 
-use crate::optimize::simd_box::SimdBox;
+use crate::optimize::simd_box::Bounds;
 
 /// No node.
 pub const NONE: u32 = u32::MAX;
 
 /// A binary tree of boxes, the nodes of which know their parents.
 pub trait LinkedNodes {
+    /// The container of a node.
+    type Bounds: Bounds;
+
     /// The parent of `node`; [`NONE`] for the root.
     fn parent(&self, node: u32) -> u32;
     /// The other child of the parent of `node`, which is not the root.
     fn sibling(&self, node: u32) -> u32;
     /// The children of `node`; `None` for a leaf.
     fn children(&self, node: u32) -> Option<[u32; 2]>;
-    fn bounds(&self, node: u32) -> SimdBox;
+    fn bounds(&self, node: u32) -> Self::Bounds;
 }
 
 /// A subtree and its new position.
@@ -47,8 +50,8 @@ pub fn find_move(
 
 /// The best move of `node`, to [`NONE`] if there is none, and the number of nodes visited.
 #[inline(always)]
-fn search(
-    tree: &impl LinkedNodes,
+fn search<T: LinkedNodes>(
+    tree: &T,
     node: u32,
     min_gain: f32,
     max_visits: u32,
@@ -60,7 +63,7 @@ fn search(
     let mut best = Move { gain: min_gain, node, target: NONE, above: NONE };
     // Gain of removing the node: its parent vanishes, and all ancestors shrink.
     let mut freed = tree.bounds(parent).half_area();
-    let mut remaining = SimdBox::EMPTY;
+    let mut remaining = T::Bounds::EMPTY;
     let (mut pivot, mut pivot_child) = (parent, node);
     let mut visited = 0;
     while pivot != NONE && visited < max_visits {
@@ -105,11 +108,14 @@ mod tests {
 
     use super::*;
     use crate::geometry::Aabb;
+    use crate::optimize::simd_box::SimdBox;
 
     /// A balanced tree in the order of a heap.
     struct Heap(Vec<Aabb>);
 
     impl LinkedNodes for Heap {
+        type Bounds = SimdBox;
+
         fn parent(&self, node: u32) -> u32 {
             if node == 0 { NONE } else { (node - 1) / 2 }
         }

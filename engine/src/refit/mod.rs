@@ -10,6 +10,8 @@
 //! | [`refit()`] | fits all containers (Wald, Boulos, Shirley, *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007) | a tenth of a build |
 //! | [`refit_and_rotate`] | and exchanges children for grandchildren where areas fall (Kopta et al., *Fast, Effective BVH Updates for Animated Scenes*, 2012) | twice as long, and writing nodes in order |
 //! | [`refit_and_reinsert`] | and moves the most inefficient subtrees to where they cost less (Bittner, Hapala, Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies*, 2013) | by their number |
+//! | [`partial_rebuild`] | and builds those subtrees again whose cost has grown | by their size |
+//! | [`build_for_poses`] | makes one tree for a whole clip, which is then fitted (Bittner, Meister, *T-SAH: Animation Optimized Bounding Volume Hierarchies*, 2015) | seconds, once |
 //!
 //! [`WideRefit`] does the same as [`refit()`] for the wide tree. The other ways change the tree, so that the wide one is made again.
 //!
@@ -28,9 +30,13 @@
 //! ```
 
 mod bottom_up;
+mod partial;
 mod rotate;
+mod whole_clip;
 mod wide;
 
+pub use partial::{BuiltCosts, partial_rebuild};
+pub use whole_clip::build_for_poses;
 pub use wide::WideRefit;
 
 use bottom_up::fit;

@@ -17,6 +17,7 @@ mod curve_cells;
 mod cuts;
 mod degenerate;
 mod determinism;
+mod follow;
 mod invariants;
 mod merge_choices;
 mod needles;

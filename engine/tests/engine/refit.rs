@@ -17,7 +17,7 @@ use crate::random::Random;
 use crate::trees::{self, scan};
 
 /// The triangles a while later: turned and moved together, each by itself, or all at one place.
-fn moved(triangles: &[Triangle], way: usize, seconds: f32) -> Vec<Triangle> {
+pub fn moved(triangles: &[Triangle], way: usize, seconds: f32) -> Vec<Triangle> {
     let mut random = Random(7);
     let turn = Quat::from_rotation_y(seconds);
     let one = |triangle: &Triangle| {
@@ -33,7 +33,7 @@ fn moved(triangles: &[Triangle], way: usize, seconds: f32) -> Vec<Triangle> {
     triangles.iter().map(one).collect()
 }
 
-fn scenes() -> Vec<(&'static str, Vec<Triangle>)> {
+pub fn scenes() -> Vec<(&'static str, Vec<Triangle>)> {
     let mut scenes = vec![
         ("soup", trees::soup(300, 0.2, 3)),
         ("ball", trees::ball(Vec3::ONE, 1.0, 12)),
@@ -45,7 +45,7 @@ fn scenes() -> Vec<(&'static str, Vec<Triangle>)> {
 }
 
 /// Settings of trees with one and with several primitives in a leaf.
-fn settings() -> Vec<BuildSettings> {
+pub fn settings() -> Vec<BuildSettings> {
     let mut all: Vec<BuildSettings> =
         ContainerKind::ALL.into_iter().map(|container| BuildSettings::preset(Preset::Fast, container)).collect();
     all.extend(
@@ -62,11 +62,11 @@ fn built(triangles: &[Triangle], settings: &BuildSettings) -> AnyTree {
     build_binary(triangles, settings, &CancelToken::new()).unwrap().0
 }
 
-fn expected(triangles: &[Triangle], rays: &[Ray]) -> Vec<Option<Hit>> {
+pub fn expected(triangles: &[Triangle], rays: &[Ray]) -> Vec<Option<Hit>> {
     rays.iter().map(|ray| scan(triangles, ray)).collect()
 }
 
-fn rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
+pub fn rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
     if triangles.is_empty() { vec![Ray::new(Vec3::ZERO, Vec3::X)] } else { trees::rays(triangles, count, seed) }
 }
 

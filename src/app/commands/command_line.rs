@@ -66,7 +66,7 @@ impl Line {
     /// The moment of a model that moves. A clip is named where its name means it, else it is numbered.
     fn moment(&mut self, state: &AppState) {
         let (Some((moment, clip)), Some(motion)) = (state.clip(), state.motion()) else { return };
-        let is_name = !clip.name.starts_with(['-', ' ']) && motion.find(&clip.name) == Some(moment.clip);
+        let is_name = !clip.name.starts_with(['-', ' ']) && motion.choose(Some(&clip.name)) == Ok(moment.clip);
         let name = if is_name { quote(&clip.name) } else { moment.clip.to_string() };
         self.flag("--clip", (motion.clips.len() > 1).then_some(name));
         self.flag("--time", moment.seconds.to_string());

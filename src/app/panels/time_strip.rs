@@ -112,7 +112,7 @@ fn scrub(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
     let clip = shown.as_ref().map_or(&motion.clips[0], |(_, clip)| clip).clone();
     let text = match &shown {
         Some((moment, clip)) => format!("{:.2} of {:.2} s", moment.seconds - clip.start, clip.duration()),
-        None => FILE_POSE.to_owned(),
+        None => format!("– of {:.2} s", clip.duration()),
     };
     let label = ui.add(egui::Label::new(RichText::new(text).color(palette.text)).truncate());
     label.tip("Time since the first key of the clip, and its length");

@@ -141,4 +141,34 @@ pub(super) const ROWS: &[Number] = &[
         axis: Some("Tests per entering ray"),
         ..ROW
     },
+    Number {
+        key: "update_ms",
+        unit: "ms",
+        label: "Update",
+        meaning: "Of `animate`: wall-clock time of making the binary tree that of the frame; `ready_ms` has the wide tree's too",
+        ..ROW
+    },
+    Number {
+        key: "behind_ms",
+        unit: "ms",
+        label: "Build behind",
+        meaning: "Of `animate` and the policy rebuild-behind: time of building the next tree, beside the frames; absent where none was \
+                  begun",
+        ..ROW
+    },
+    Number {
+        key: "ray_ns",
+        unit: "ns",
+        label: "Time of a ray",
+        meaning: "Of `animate`: wall-clock time of finding the nearest hit of a ray of the first population through the wide tree, all \
+                  threads together: the median of the repetitions",
+        ..ROW
+    },
+    Number {
+        key: "population_tests_per_ray",
+        label: "Tests of a ray",
+        meaning: "Of `animate`: containers and triangles tested by a ray of the first population, on average over all, those that miss \
+                  the root included",
+        ..ROW
+    },
 ];

@@ -1,5 +1,6 @@
 //! Flags of the measuring commands and of `plot`.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -8,14 +9,16 @@ use super::picture::CameraArgs;
 use super::shared::StrictLoadArgs;
 use super::tree_flags::{RangeFlags, ShapeFlags};
 use crate::cli::named::{
-    Containers, containers, containers_help, named, populations, populations_help, simd, tree_builder,
-    tree_builder_help,
+    self, Containers, Policies, containers, containers_help, help, named, populations, populations_help, simd,
+    tree_builder, tree_builder_help,
 };
 use crate::cli::tree_settings::diff_tree;
 use crate::cli::values::{self, ModelParser};
 use crate::headless::diff::DiffTree;
+use crate::lab::motion::MAX_FRAMES;
 use crate::lab::population::Populations;
 use crate::scene::SceneSource;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -73,14 +76,14 @@ pub struct TreesFromFilesArgs {
     pub trees: Vec<PathBuf>,
 }
 
-/// Build flags of the commands that measure one tree: bench and scaling.
+/// Build flags of the commands that measure one tree: bench, scaling and animate.
 #[derive(Debug, Args)]
 pub struct OneTreeArgs {
     #[arg(long, value_name = "NAME", value_parser = tree_builder,
           help = tree_builder_help("The algorithm: ", " [default: aac]"))]
     pub builder: Option<BuilderKind>,
     #[arg(long, value_name = "KIND", value_parser = containers,
-          help = containers_help("What the tree is made of: ", " [default: both for bench, box for scaling]"))]
+          help = containers_help("What the tree is made of: ", " [default: both for bench, else box]"))]
     pub container: Option<Containers>,
     #[command(flatten)]
     pub shape: ShapeFlags,
@@ -157,6 +160,40 @@ pub struct CompareArgs {
     pub slow: bool,
     #[command(flatten)]
     pub files: TreesFromFilesArgs,
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+/// The end of `bvhscope animate --help`.
+fn policies() -> String {
+    let mut text = "Examples:
+  bvhscope animate builtin:walker
+  bvhscope animate fox.glb --clip Run --frames 60 --policy refit,rebuild --plot run.png
+  bvhscope animate builtin:explosion --policy all --rays bounce --csv explosion.csv
+
+Policies:
+"
+    .to_owned();
+    for policy in Policy::ALL {
+        let _ = writeln!(text, "  {:<16} {}", policy.name(), policy.meaning());
+    }
+    text
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = policies())]
+pub struct AnimateArgs {
+    #[arg(long, value_name = "LIST", value_parser = named::policies, default_value = "all",
+          help = help::<Policy>("What becomes of the tree in each frame: a list, separated by commas, of ", ", or all that apply"))]
+    pub policy: Policies,
+    /// The clip, by its name or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub clip: Option<String>,
+    /// Frames, 1 to 10000, at equal distances from the first key of the clip to the last
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 1, MAX_FRAMES), default_value = "30")]
+    pub frames: usize,
+    #[command(flatten)]
+    pub tree: OneTreeArgs,
     #[command(flatten)]
     pub measure: MeasureArgs,
 }

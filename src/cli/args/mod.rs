@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub use measure::{
-    BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs, TraceArgs,
-    TreesFromFilesArgs,
+    AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
+    TraceArgs, TreesFromFilesArgs,
 };
 pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
 pub use ray::RayArgs;
@@ -80,9 +80,11 @@ pub enum CommandArgs {
     Scaling(ScalingArgs),
     /// Measure the builders side by side
     Compare(CompareArgs),
+    /// Measure what becomes of the tree of a model that moves: refitted, rebuilt, or one for the whole clip
+    Animate(AnimateArgs),
     /// Compare two trees of a model: numbers, common nodes, and tests in each pixel
     Diff(DiffArgs),
-    /// Draw a plot from the JSON lines of bench, sweep, scaling or compare
+    /// Draw a plot from the JSON lines of bench, sweep, scaling, compare or animate
     Plot(PlotArgs),
     /// Write a film of how a tree is built, merge by merge, as a GIF or as PNGs
     Merges(MergesArgs),

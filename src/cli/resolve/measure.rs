@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 use super::parts::{camera, threads};
-use crate::cli::args::{CameraArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
+use crate::cli::args::{AnimateArgs, CameraArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
 use crate::headless::{MomentChoice, Times};
+use crate::lab::motion::AnimatePlan;
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
 use crate::view::NamedView;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -28,6 +30,17 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
         None => containers.iter().map(build).filter(|build| build.refusal(0).is_none()).collect(),
     };
     builds.into_iter().map(|build| Setup { build, preset, threads: threads(measure.trace.threads) }).collect()
+}
+
+/// Trees, policies and frames; without named policies those that take all of the trees.
+pub fn animate(args: &AnimateArgs) -> (Vec<Setup>, AnimatePlan) {
+    let setups = setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
+    let mut policies = args.policy.0.clone();
+    if policies.is_empty() {
+        let applies = |policy: &Policy| setups.iter().all(|setup| policy.refusal(&setup.build, 0).is_none());
+        policies.extend(Policy::ALL.into_iter().filter(applies));
+    }
+    (setups, AnimatePlan { policies, clip: args.clip.clone(), frames: args.frames })
 }
 
 pub fn sweep(args: &SweepArgs) -> SweepPlan {

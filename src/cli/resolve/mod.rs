@@ -29,7 +29,7 @@ use crate::view::CameraChoice;
 use crate::view::NamedView;
 use bvhscope_engine::geometry::Ray;
 
-pub use measure::{diff, measure, setups, sweep};
+pub use measure::{animate, diff, measure, setups, sweep};
 pub use parts::{camera, invalid_passes, load, threads};
 
 #[cfg(feature = "gui")]

@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
+use super::policies::policy_charts;
 use super::scaling::scaling_charts;
 use super::series::{curves, series_name};
 use crate::catalog::numbers::rows::BUILD_MS;
@@ -36,6 +37,7 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
     match first.command.as_str() {
         "sweep" => Ok(sweep_charts(rows)),
         "scaling" => Ok(scaling_charts(rows)),
+        "animate" => Ok(policy_charts(rows)),
         "bench" => {
             Ok(row_charts(rows, false, name, |row| row.file_name().unwrap_or_else(|| row.container.name().to_owned())))
         }

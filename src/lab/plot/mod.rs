@@ -5,6 +5,7 @@ mod chart;
 
 mod series;
 
+mod policies;
 mod scaling;
 
 mod charts;

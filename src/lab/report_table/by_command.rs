@@ -1,12 +1,14 @@
 //! Which tables each measuring command prints.
 
 use super::aligned::ReportTable;
-use super::{lists, pairs, predictions, speedups};
+use super::{lists, pairs, policies, predictions, speedups};
 use crate::lab::measurement::Measurement;
 
 /// The tables of the measurements of one command.
 pub fn tables(command: &str, rows: &[Measurement]) -> Vec<ReportTable> {
     let mut tables = match command {
+        // Of populations there is a row for each frame.
+        "animate" => return policies::policy_tables(rows),
         "bench" => pairs::bench_tables(rows),
         "scaling" => vec![lists::scaling_table(rows)],
         "compare" => vec![lists::comparison_table(rows)],

@@ -22,7 +22,11 @@ pub(super) fn conditions(rows: &[Measurement]) -> String {
         _ if min == max => format!("medians of {max}"),
         _ => format!("medians of {min} to {max}"),
     };
-    format!("{}×{} primary rays, {} traversal, {medians}", row.width_px, row.height_px, row.traversal)
+    let Measurement { width_px, height_px, traversal, .. } = row;
+    if row.command == "animate" {
+        return format!("rays of a view of {width_px}×{height_px} pixels, {traversal} traversal, ray times {medians}");
+    }
+    format!("{width_px}×{height_px} primary rays, {traversal} traversal, {medians}")
 }
 
 /// [`conditions`] with the number of threads if it is the same for all rows.

@@ -6,6 +6,7 @@ mod format;
 mod difference;
 mod lists;
 mod pairs;
+mod policies;
 mod predictions;
 mod speedups;
 

@@ -1,11 +1,23 @@
 //! One measured row as a sentence.
 
 use super::format::{number, short, threads};
-use crate::catalog::numbers::rows::{BUILD_MS, TESTS_PER_ENTERING_RAY, TRACE_MS};
+use crate::catalog::numbers::rows::{BUILD_MS, POPULATION_TESTS_PER_RAY, READY_MS, TESTS_PER_ENTERING_RAY, TRACE_MS};
 use crate::lab::measurement::Measurement;
 
 /// One measurement as a sentence, printed while the table is incomplete.
 pub fn summary(row: &Measurement) -> String {
+    if let Some(motion) = row.motion.as_ref().filter(|_| row.command == "animate") {
+        return format!(
+            "{}, {}, {}, frame {} ({} s): ready after {} ms, {} tests a ray",
+            short(&row.model),
+            row.container.name(),
+            motion.policy.name(),
+            motion.frame,
+            number(motion.time_s.into()),
+            number(row.number(READY_MS)),
+            number(row.number(POPULATION_TESTS_PER_RAY))
+        );
+    }
     let tree = match row.builder.as_str() {
         "none" => "without BVH".to_owned(),
         builder => {
@@ -32,6 +44,13 @@ mod tests {
     use crate::catalog::settings::{CURVE, OPTIMIZE, Stated};
     use crate::lab::sample::sample;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+
+    #[test]
+    fn a_frame_is_a_sentence() {
+        let row = Measurement { command: "animate".to_owned(), ..sample() };
+        let expected = "thing.obj, box, rotate, frame 37 (1.500 s): ready after 23.75 ms, 33.50 tests a ray";
+        assert_eq!(summary(&row), expected);
+    }
 
     #[test]
     fn a_row_is_a_sentence() {

@@ -12,6 +12,8 @@ use std::sync::OnceLock;
 
 use serde::Serialize;
 
+use crate::text::{counted, quoted};
+
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Aabb;
 
@@ -20,6 +22,9 @@ pub(super) use pose::Mover;
 pub use pose::{Moment, Pose};
 pub(super) use rig::{Local, Part, Rig, RigNode, RigSkin, Target, Track};
 pub(super) use shape::{Hold, MorphTarget, Shape, share};
+
+/// Names of clips that a message lists.
+const LISTED: usize = 12;
 
 /// Moments of a clip at which its reach is measured: most, and least where the model is large.
 const REACH_MOMENTS: [usize; 2] = [16, 3];
@@ -60,10 +65,20 @@ impl Motion {
         Self { clips, mover, reaches }
     }
 
-    /// Index of the clip with this name, or with this number, counted from 0.
-    pub fn find(&self, name: &str) -> Option<usize> {
+    /// Index of the clip with this name, or with this number, counted from 0; of the first where none is named. The error, of a value of
+    /// `--clip`, lists the clips.
+    pub fn choose(&self, name: Option<&str>) -> Result<usize, String> {
+        let Some(name) = name else { return Ok(0) };
         let by_name = self.clips.iter().position(|clip| clip.name == name);
-        by_name.or_else(|| name.parse().ok().filter(|&number| number < self.clips.len()))
+        let found = by_name.or_else(|| name.parse().ok().filter(|&number| number < self.clips.len()));
+        found.ok_or_else(|| {
+            let names = self.clips.iter().enumerate().map(|(number, clip)| format!("{number} {}", quoted(&clip.name)));
+            let mut names: Vec<String> = names.take(LISTED).collect();
+            if self.clips.len() > LISTED {
+                names.push(counted((self.clips.len() - LISTED) as u64, "others"));
+            }
+            format!("--clip {name}: the model has no such clip; there are {}", names.join(", "))
+        })
     }
 
     /// The moment within the first and the last key of its clip; `None` where there is no such clip, or the time is no number.

@@ -211,6 +211,8 @@ pub fn leaf_cost(bounds: &SimdBox, primitives: u32) -> f64 {
 }
 
 impl LinkedNodes for FreeTree {
+    type Bounds = SimdBox;
+
     #[inline(always)]
     fn parent(&self, node: u32) -> u32 {
         self.nodes[node as usize].parent

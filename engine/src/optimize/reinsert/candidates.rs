@@ -7,13 +7,14 @@ use rayon::prelude::*;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
+use crate::optimize::simd_box::{Bounds as _, NodeBounds};
 
 /// Number of nodes that are scored sequentially before the subtrees below are scored in parallel.
 const TOP_NODES: usize = 256;
 /// Number of scores or areas sampled to estimate the threshold of the best.
 const SAMPLES: usize = 4096;
 
-impl LinkedTree<'_> {
+impl<B: NodeBounds> LinkedTree<'_, B> {
     /// The `max_count` nodes with the most inefficient parents, out of those whose parents have an area of at least
     /// `min_area`, and are roughly among the `max_count` largest.
     pub fn eligible(&self, max_count: usize, min_area: f32, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
@@ -54,7 +55,7 @@ impl LinkedTree<'_> {
     fn area_of_rank(&self, rank: usize) -> f32 {
         let step = (self.nodes.len() / SAMPLES).max(1);
         let interior = self.nodes.iter().step_by(step).filter(|node| !node.is_leaf());
-        let mut areas: Vec<f32> = interior.map(|node| node.container.half_area()).collect();
+        let mut areas: Vec<f32> = interior.map(|node| node.container.mean_half_area()).collect();
         let rank = rank / step;
         if rank >= areas.len() {
             return 0.0;
@@ -66,7 +67,7 @@ impl LinkedTree<'_> {
     #[inline(always)]
     fn score(&self, index: u32, min_area: f32, scored: &mut Vec<(f32, u32)>) -> Option<[u32; 2]> {
         let node = &self.nodes[index as usize];
-        if node.is_leaf() || node.container.half_area() < min_area {
+        if node.is_leaf() || node.container.mean_half_area() < min_area {
             return None;
         }
         let pair = [node.first, node.first + 1];

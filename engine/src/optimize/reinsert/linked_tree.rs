@@ -5,24 +5,23 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Aabb;
 use crate::optimize::move_search::{LinkedNodes, NONE};
-use crate::optimize::simd_box::SimdBox;
+use crate::optimize::simd_box::NodeBounds;
 use crate::tree::Node;
 
 /// Poll for cancellation every 65536 nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A tree with parent links.
-pub struct LinkedTree<'a> {
-    pub nodes: &'a mut [Node<Aabb>],
+pub struct LinkedTree<'a, B> {
+    pub nodes: &'a mut [Node<B>],
     /// For each pair of siblings the parent. Filled by many threads, later changed by one only.
     parents: Vec<AtomicU32>,
 }
 
-impl<'a> LinkedTree<'a> {
+impl<'a, B: NodeBounds> LinkedTree<'a, B> {
     /// Links the nodes of a tree, which may be in any order with siblings together.
-    pub fn new(nodes: &'a mut [Node<Aabb>], token: &CancelToken) -> Result<Self, Cancelled> {
+    pub fn new(nodes: &'a mut [Node<B>], token: &CancelToken) -> Result<Self, Cancelled> {
         let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
         nodes.par_chunks(NODES_BETWEEN_CHECKS).enumerate().try_for_each(|(chunk, chunk_nodes)| {
             token.check()?;
@@ -47,7 +46,7 @@ impl<'a> LinkedTree<'a> {
     /// Removes `node` and joins it with `target`, which must be neither its ancestor, descendant nor sibling: the
     /// sibling replaces the parent, and the freed pair takes target and node. Undone if the summed area does not fall.
     /// Returns the reduction of the area.
-    pub fn apply(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, Aabb)>) -> Option<f64> {
+    pub fn apply(&mut self, node: u32, target: u32, undo: &mut Vec<(u32, B)>) -> Option<f64> {
         let parent = self.parent(node);
         let pair = node.min(sibling(node));
         let slots = [parent, pair, pair + 1, target];
@@ -57,9 +56,9 @@ impl<'a> LinkedTree<'a> {
         let partner = self.nodes[target as usize];
         self.set(pair, partner);
         self.set(pair + 1, moved);
-        let joined = Node { container: partner.container.union(&moved.container), first: pair, count: 0 };
+        let joined = Node { container: partner.container.around(&moved.container), first: pair, count: 0 };
         self.set(target, joined);
-        let mut gain = f64::from(old[0].container.half_area()) - f64::from(joined.container.half_area());
+        let mut gain = f64::from(old[0].container.mean_half_area()) - f64::from(joined.container.mean_half_area());
         undo.clear();
         gain -= self.refit(self.parent(parent), undo);
         gain -= self.refit(self.parent(target), undo);
@@ -76,16 +75,16 @@ impl<'a> LinkedTree<'a> {
     }
 
     /// Refits the containers from `node` upwards until one is unchanged. Returns the growth of their areas.
-    fn refit(&mut self, mut node: u32, undo: &mut Vec<(u32, Aabb)>) -> f64 {
+    fn refit(&mut self, mut node: u32, undo: &mut Vec<(u32, B)>) -> f64 {
         let mut growth = 0.0;
         while node != NONE {
             let Node { container, first, .. } = self.nodes[node as usize];
             let [left, right] = [first, first + 1].map(|child| self.nodes[child as usize].container);
-            let fitted = left.union(&right);
+            let fitted = left.around(&right);
             if fitted == container {
                 break;
             }
-            growth += f64::from(fitted.half_area()) - f64::from(container.half_area());
+            growth += f64::from(fitted.mean_half_area()) - f64::from(container.mean_half_area());
             undo.push((node, container));
             self.nodes[node as usize].container = fitted;
             node = self.parent(node);
@@ -94,7 +93,7 @@ impl<'a> LinkedTree<'a> {
     }
 
     /// Writes `node` to slot `index`.
-    pub fn set(&mut self, index: u32, node: Node<Aabb>) {
+    pub fn set(&mut self, index: u32, node: Node<B>) {
         self.nodes[index as usize] = node;
         if !node.is_leaf() {
             *self.parents[node.first as usize / 2].get_mut() = index;
@@ -102,7 +101,9 @@ impl<'a> LinkedTree<'a> {
     }
 }
 
-impl LinkedNodes for LinkedTree<'_> {
+impl<B: NodeBounds> LinkedNodes for LinkedTree<'_, B> {
+    type Bounds = B::Simd;
+
     #[inline(always)]
     fn parent(&self, node: u32) -> u32 {
         if node == 0 { NONE } else { self.parents[(node as usize - 1) / 2].load(Ordering::Relaxed) }
@@ -120,8 +121,8 @@ impl LinkedNodes for LinkedTree<'_> {
     }
 
     #[inline(always)]
-    fn bounds(&self, node: u32) -> SimdBox {
-        SimdBox::new(&self.nodes[node as usize].container)
+    fn bounds(&self, node: u32) -> B::Simd {
+        self.nodes[node as usize].container.to_simd()
     }
 }
 

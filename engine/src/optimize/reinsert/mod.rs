@@ -16,15 +16,27 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::optimize::move_search::{LinkedNodes, Move, find_move};
 use crate::optimize::reinsert::linked_tree::{LinkedTree, sibling};
+use crate::optimize::simd_box::NodeBounds;
 use crate::tree::Node;
 use crate::tree::statistics::TRAVERSAL_COST;
 
-/// Maximum number of rounds: on Sponza the eighth still gains two thousandths.
-const MAX_ROUNDS: u32 = 8;
-/// Minimum gain of a round, as a fraction of the cost, for another to follow.
-const MIN_GAIN: f64 = 2e-3;
-/// Number of primitives per subtree searched in each round: more rounds of fewer gain more in the same time.
-const PRIMITIVES_PER_CANDIDATE: usize = 80;
+/// Effort of reinsertion.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Maximum number of rounds.
+    pub max_rounds: u32,
+    /// Minimum gain of a round, as a fraction of the cost, for another to follow.
+    pub min_gain: f64,
+    /// Number of primitives per subtree searched in each round.
+    pub primitives_per_candidate: usize,
+}
+
+impl Effort {
+    /// Of the pass over a finished tree. On Sponza the eighth round still gains two thousandths; more rounds of fewer candidates gain more
+    /// in the same time.
+    pub const PASS: Self = Self { max_rounds: 8, min_gain: 2e-3, primitives_per_candidate: 80 };
+}
+
 /// Number of eligible subtrees per candidate of a round. They are selected once, because moves change few scores, and
 /// scoring all subtrees again takes longer than the search.
 const ELIGIBLE_PER_CANDIDATE: usize = 4;
@@ -40,15 +52,21 @@ const CANDIDATES_BETWEEN_CHECKS: usize = 256;
 
 /// Moves subtrees of a tree of this SAH `cost` over `primitives` primitives to better positions. `nodes` may be in any
 /// order with siblings together, before and after. Returns the reduction of the cost.
-pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &CancelToken) -> Result<f64, Cancelled> {
+pub fn reinsert<B: NodeBounds>(
+    nodes: &mut [Node<B>],
+    primitives: usize,
+    cost: f64,
+    effort: Effort,
+    token: &CancelToken,
+) -> Result<f64, Cancelled> {
     let mut tree = LinkedTree::new(nodes, token)?;
     let mut total = 0.0;
-    let max_count = primitives.div_ceil(PRIMITIVES_PER_CANDIDATE);
+    let max_count = primitives.div_ceil(effort.primitives_per_candidate);
     let average_cost = (cost / primitives as f64) as f32;
     // Nodes below the average cost of a primitive are too small to matter.
     let eligible = tree.eligible(max_count * ELIGIBLE_PER_CANDIDATE, average_cost, token)?;
     let mut weights = vec![1.0; eligible.len()];
-    for round in 0..MAX_ROUNDS {
+    for round in 0..effort.max_rounds {
         token.check()?;
         let candidates = tree.candidates(&eligible, &weights, max_count);
         let found = find_moves(&tree, &eligible, &candidates, token)?;
@@ -62,7 +80,7 @@ pub fn reinsert(nodes: &mut [Node<Aabb>], primitives: usize, cost: f64, token: &
         }
         gain *= f64::from(TRAVERSAL_COST);
         total += gain;
-        if gain < cost * MIN_GAIN {
+        if gain < cost * effort.min_gain {
             break;
         }
     }
@@ -83,8 +101,8 @@ pub fn reinsert_worst(nodes: &mut [Node<Aabb>], max_moves: usize, token: &Cancel
 }
 
 /// The best move, if there is any, of each of the `candidates`, which are positions in `eligible`.
-fn find_moves(
-    tree: &LinkedTree,
+fn find_moves<B: NodeBounds>(
+    tree: &LinkedTree<B>,
     eligible: &[u32],
     candidates: &[u32],
     token: &CancelToken,
@@ -100,7 +118,11 @@ fn find_moves(
 }
 
 /// Applies `moves` in order of gain. Returns the reduction of the summed area of interior nodes.
-fn apply_moves(tree: &mut LinkedTree, mut moves: Vec<Move>, token: &CancelToken) -> Result<f64, Cancelled> {
+fn apply_moves<B: NodeBounds>(
+    tree: &mut LinkedTree<B>,
+    mut moves: Vec<Move>,
+    token: &CancelToken,
+) -> Result<f64, Cancelled> {
     moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
     let (mut changed, mut undo, mut gain) = (HashSet::new(), Vec::new(), 0.0);
     for (at, Move { node, target, .. }) in moves.into_iter().enumerate() {

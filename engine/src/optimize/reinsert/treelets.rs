@@ -5,11 +5,10 @@
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Aabb;
 use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
-use crate::optimize::simd_box::SimdBox;
+use crate::optimize::simd_box::{Bounds, NodeBounds};
 use crate::tree::Node;
 
 /// Minimum area of a treelet's root, as a multiple of the average cost of a primitive: at half of it, treelets take
@@ -26,8 +25,8 @@ const BATCH: usize = 128;
 
 /// The best subtree over a set of a treelet's leaves.
 #[derive(Clone, Copy)]
-struct Best {
-    bounds: SimdBox,
+struct Best<S> {
+    bounds: S,
     /// Summed area of its interior nodes.
     area: f32,
     /// One of the two sets that it divides into.
@@ -35,16 +34,16 @@ struct Best {
 }
 
 /// A treelet and its best topology.
-struct Improvement {
+struct Improvement<B> {
     /// The slots of its pairs of siblings: n − 1 for n leaves, in any topology.
     pairs: Vec<u32>,
     /// Interior nodes and leaves by slot, parents first.
-    nodes: Vec<(u32, Node<Aabb>)>,
+    nodes: Vec<(u32, Node<B>)>,
     /// Reduction of the summed area of its interior nodes.
     gain: f32,
 }
 
-impl LinkedTree<'_> {
+impl<B: NodeBounds> LinkedTree<'_, B> {
     /// Gives the treelets under the largest nodes their best topologies, by falling area. `average_cost` is that of a
     /// primitive. Returns the reduction of the summed area of interior nodes.
     pub fn optimize_treelets(&mut self, average_cost: f32, token: &CancelToken) -> Result<f64, Cancelled> {
@@ -57,7 +56,7 @@ impl LinkedTree<'_> {
                 // Pairs begin at odd indices. Another node may be in the root's slot by now.
                 let own_pair = root.saturating_sub(1) | 1;
                 let is_stale =
-                    |found: &Improvement| found.pairs.iter().chain([&own_pair]).any(|pair| changed.contains(pair));
+                    |found: &Improvement<B>| found.pairs.iter().chain([&own_pair]).any(|pair| changed.contains(pair));
                 if found.as_ref().is_some_and(is_stale) {
                     found = self.best_topology(root);
                 }
@@ -75,7 +74,7 @@ impl LinkedTree<'_> {
 
     /// The nodes of at least `min_area` by falling area.
     fn largest(&self, min_area: f32) -> Vec<u32> {
-        let mut nodes = vec![(self.nodes[0].container.half_area(), 0)];
+        let mut nodes = vec![(self.nodes[0].container.mean_half_area(), 0)];
         let mut next = 0;
         while let Some(&(_, index)) = nodes.get(next) {
             let children = self.children(index).into_iter().flatten();
@@ -88,9 +87,9 @@ impl LinkedTree<'_> {
     }
 
     /// The best topology of the treelet under `root`; `None` if it has that.
-    fn best_topology(&self, root: u32) -> Option<Improvement> {
+    fn best_topology(&self, root: u32) -> Option<Improvement<B>> {
         let (leaves, pairs, old_area) = self.treelet(root)?;
-        let mut best = [Best { bounds: SimdBox::EMPTY, area: 0.0, part: 0 }; SUBSETS];
+        let mut best = [Best { bounds: B::Simd::EMPTY, area: 0.0, part: 0 }; SUBSETS];
         let all = (1 << leaves.len()) - 1;
         for set in 1..=all {
             best[set] = best_of(&leaves, set, &best);
@@ -103,8 +102,7 @@ impl LinkedTree<'_> {
         for &first in &pairs {
             let (set, slot) = stack.pop()?;
             let Best { bounds, part, .. } = best[set];
-            let container = Aabb { min: bounds.min.into(), max: bounds.max.into() };
-            nodes.push((slot, Node { container, first, count: 0 }));
+            nodes.push((slot, Node { container: B::of_simd(&bounds), first, count: 0 }));
             for (part, slot) in [part, set & !part].into_iter().zip(first..) {
                 if part.is_power_of_two() {
                     nodes.push((slot, leaves[part.trailing_zeros() as usize]));
@@ -118,7 +116,7 @@ impl LinkedTree<'_> {
 
     /// The leaves of the treelet under `root`, its pairs of siblings, and the summed area of its interior nodes: the
     /// largest node is opened until there are enough leaves. `None` if there is only one topology.
-    fn treelet(&self, root: u32) -> Option<(Vec<Node<Aabb>>, Vec<u32>, f32)> {
+    fn treelet(&self, root: u32) -> Option<(Vec<Node<B>>, Vec<u32>, f32)> {
         let (mut leaves, mut pairs, mut summed_area) = (vec![root], Vec::new(), 0.0);
         while leaves.len() < TREELET_LEAVES {
             let area = |at: usize| self.bounds(leaves[at]).half_area();
@@ -129,15 +127,15 @@ impl LinkedTree<'_> {
             leaves.extend([first, first + 1]);
             pairs.push(first);
         }
-        let leaves: Vec<Node<Aabb>> = leaves.into_iter().map(|leaf| self.nodes[leaf as usize]).collect();
+        let leaves: Vec<Node<B>> = leaves.into_iter().map(|leaf| self.nodes[leaf as usize]).collect();
         (leaves.len() > 2).then_some((leaves, pairs, summed_area))
     }
 }
 
 /// The best subtree over the `leaves` in `set`, from those over its subsets.
 #[inline(always)]
-fn best_of(leaves: &[Node<Aabb>], set: usize, best: &[Best; SUBSETS]) -> Best {
-    let first = SimdBox::new(&leaves[set.trailing_zeros() as usize].container);
+fn best_of<B: NodeBounds>(leaves: &[Node<B>], set: usize, best: &[Best<B::Simd>; SUBSETS]) -> Best<B::Simd> {
+    let first = leaves[set.trailing_zeros() as usize].container.to_simd();
     // All but the first.
     let rest = set & (set - 1);
     if rest == 0 {
@@ -153,6 +151,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::geometry::Aabb;
     use crate::kernel::mix::next_unit;
 
     /// A list of `boxes`: each interior node has one as its first child.

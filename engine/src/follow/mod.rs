@@ -1,0 +1,239 @@
+//! Trees that follow triangles that move, frame by frame, by a policy: the binary tree and the wide one.
+//!
+//! ```
+//! use bvhscope_engine::follow::{Follower, Policy};
+//! use bvhscope_engine::glam::Vec3;
+//! use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle};
+//!
+//! let at = |z: f32| vec![Triangle { a: Vec3::Z * z, b: Vec3::X + Vec3::Z * z, c: Vec3::Y + Vec3::Z * z }; 20];
+//! let token = CancelToken::new();
+//! let mut follower = Follower::new(Policy::Refit, &BuildSettings::default(), &[at(0.0)], &token)?;
+//! for z in [1.0, 2.0] {
+//!     let update = follower.follow(&at(z), &token)?;
+//!     let hit = follower.wide().closest_hit(&Ray::new(Vec3::new(0.2, 0.2, 5.0), Vec3::NEG_Z));
+//!     assert_eq!((hit.map(|hit| hit.t), update.built), (Some(5.0 - z), 0));
+//! }
+//! # Ok::<(), bvhscope_engine::BuildError>(())
+//! ```
+
+mod policy;
+
+use std::time::{Duration, Instant};
+
+pub use policy::Policy;
+
+use crate::builders::{BuildError, build_binary};
+use crate::bvh::WideBvh;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::refit::{
+    BuiltCosts, WideRefit, build_for_poses, grow, partial_rebuild, refit, refit_and_reinsert, refit_and_rotate,
+};
+use crate::settings::BuildSettings;
+use crate::tree::AnyTree;
+
+/// Poses at equal distances in the clip for [`Policy::WholeClip`]: of 4, 8 and 16 measured, 8 take half the time of 16.
+pub const POSES: usize = 8;
+/// Triangles for each subtree that [`Policy::Reinsert`] moves at most in a frame.
+const TRIANGLES_PER_MOVE: usize = 100;
+/// Growth of the cost of a subtree above which [`Policy::PartialRebuild`] builds it again.
+const GROWTH: f32 = 1.2;
+/// Frames after which a tree that [`Policy::RebuildBehind`] begins to build takes over.
+pub const FRAMES_BEHIND: usize = 4;
+
+/// A tree that follows moving triangles.
+#[derive(Debug)]
+pub struct Follower {
+    policy: Policy,
+    settings: BuildSettings,
+    tree: AnyTree,
+    wide: Wide,
+    /// Of [`Policy::PartialRebuild`].
+    built: Option<BuiltCosts>,
+    /// Of [`Policy::RebuildBehind`]: the tree that is built, and how many frames ago that began.
+    behind: Option<(AnyTree, Wide, usize)>,
+    preparation: Duration,
+}
+
+/// The wide tree, and the lanes by which it is fitted, once they are needed.
+#[derive(Debug)]
+struct Wide {
+    tree: WideBvh,
+    lanes: Option<WideRefit>,
+}
+
+/// What an update did. Times are wall-clock times.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Update {
+    /// Time of updating the binary tree.
+    pub tree_time: Duration,
+    /// Time of fitting the wide tree, or of making it again. It holds the triangles, so that it is written by every policy.
+    pub wide_time: Duration,
+    /// Time of work for later frames that another thread would do meanwhile.
+    pub behind_time: Duration,
+    /// Number of triangles in subtrees that were built.
+    pub built: usize,
+    /// The nodes are others than before, or at other places; otherwise only containers have changed.
+    pub is_other_tree: bool,
+}
+
+impl Update {
+    /// Time until rays can be traced.
+    pub fn ready_time(&self) -> Duration {
+        self.tree_time + self.wide_time
+    }
+}
+
+impl Follower {
+    /// Builds the first tree in the calling thread's rayon pool. `poses` are the triangles of the first frame, for
+    /// [`Policy::WholeClip`] followed by those of others, [`POSES`] in all at equal distances in time; other policies take the first alone.
+    /// For [`Policy::Keep`], [`Follower::enclose`] is then called with each frame.
+    ///
+    /// # Errors
+    ///
+    /// As [`build_binary`], and where the policy does not take the settings; see [`Policy::refusal`].
+    pub fn new<P: AsRef<[Triangle]>>(
+        policy: Policy,
+        settings: &BuildSettings,
+        poses: &[P],
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let first = poses.first().map_or(&[][..], |pose| pose.as_ref());
+        if let Some(refusal) = policy.refusal(settings, first.len()) {
+            return Err(BuildError::Refused(refusal));
+        }
+        let start = Instant::now();
+        let tree = match policy {
+            Policy::WholeClip => build_for_poses(poses, settings, token)?,
+            _ => build_binary(first, settings, token)?.0,
+        };
+        let built = (policy == Policy::PartialRebuild).then(|| BuiltCosts::new(&tree, token)).transpose()?;
+        let mut wide = Wide::new(&tree, first, token)?;
+        if !matches!(policy, Policy::Rotate | Policy::Reinsert | Policy::Rebuild) {
+            wide.lanes = Some(wide.lanes(&tree, token)?);
+        }
+        let preparation = start.elapsed();
+        Ok(Self { policy, settings: *settings, tree, wide, built, behind: None, preparation })
+    }
+
+    /// Grows the containers of a tree that is kept around a frame that will follow. Of other policies nothing.
+    pub fn enclose(&mut self, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
+        if self.policy == Policy::Keep {
+            let start = Instant::now();
+            grow(&mut self.tree, triangles, token)?;
+            self.preparation += start.elapsed();
+        }
+        Ok(())
+    }
+
+    /// Makes the tree that of a frame, in the calling thread's rayon pool. `triangles` are those of [`Follower::new`], wherever they
+    /// are now. Trees, but not times, are the same for any number of threads.
+    ///
+    /// # Errors
+    ///
+    /// As [`build_binary`]. The trees are not to be traced then.
+    ///
+    /// # Panics
+    ///
+    /// Where the list is shorter than the first.
+    pub fn follow(&mut self, triangles: &[Triangle], token: &CancelToken) -> Result<Update, BuildError> {
+        let mut update = Update::default();
+        let start = Instant::now();
+        match self.policy {
+            Policy::Keep => {}
+            Policy::Refit | Policy::WholeClip => refit(&mut self.tree, triangles, token)?,
+            Policy::Rotate => update.is_other_tree = refit_and_rotate(&mut self.tree, triangles, token)? > 0,
+            Policy::Reinsert => {
+                let moves = triangles.len().div_ceil(TRIANGLES_PER_MOVE);
+                update.is_other_tree = refit_and_reinsert(&mut self.tree, triangles, moves, token)? > 0.0;
+            }
+            Policy::PartialRebuild => {
+                if let Some(built) = &mut self.built {
+                    let (tree, settings) = (&mut self.tree, &self.settings);
+                    update.built = partial_rebuild(tree, built, triangles, settings, GROWTH, token)?;
+                    update.is_other_tree = update.built > 0;
+                }
+            }
+            Policy::Rebuild => {
+                self.tree = build_binary(triangles, &self.settings, token)?.0;
+                (update.built, update.is_other_tree) = (triangles.len(), true);
+            }
+            Policy::RebuildBehind => {
+                update.is_other_tree = self.take_over();
+                refit(&mut self.tree, triangles, token)?;
+            }
+        }
+        update.tree_time = start.elapsed();
+        if self.policy == Policy::Keep {
+            // Nothing for frames that it encloses already, as it does if the clip is known. Not timed.
+            grow(&mut self.tree, triangles, token)?;
+        }
+        let start = Instant::now();
+        if update.is_other_tree && self.policy != Policy::RebuildBehind {
+            self.wide = Wide::new(&self.tree, triangles, token)?;
+        } else {
+            self.wide.fit(&self.tree, triangles, token)?;
+        }
+        update.wide_time = start.elapsed();
+        if self.policy == Policy::RebuildBehind && self.behind.is_none() {
+            let start = Instant::now();
+            let tree = build_binary(triangles, &self.settings, token)?.0;
+            let mut wide = Wide::new(&tree, triangles, token)?;
+            wide.lanes = Some(wide.lanes(&tree, token)?);
+            self.behind = Some((tree, wide, 0));
+            update.behind_time = start.elapsed();
+            update.built = triangles.len();
+        }
+        Ok(update)
+    }
+
+    /// Replaces the tree by the one that is built behind it, once its frames are over.
+    fn take_over(&mut self) -> bool {
+        if let Some((_, _, frames)) = &mut self.behind {
+            *frames += 1;
+        }
+        let is_ready = |(_, _, frames): &mut (AnyTree, Wide, usize)| *frames >= FRAMES_BEHIND;
+        let Some((tree, wide, _)) = self.behind.take_if(is_ready) else { return false };
+        (self.tree, self.wide) = (tree, wide);
+        true
+    }
+
+    /// The policy.
+    pub fn policy(&self) -> Policy {
+        self.policy
+    }
+
+    /// The binary tree of the last frame that was followed.
+    pub fn tree(&self) -> &AnyTree {
+        &self.tree
+    }
+
+    /// The wide tree of that frame, with its triangles.
+    pub fn wide(&self) -> &WideBvh {
+        &self.wide.tree
+    }
+
+    /// Wall-clock time of everything before the first frame was followed.
+    pub fn preparation(&self) -> Duration {
+        self.preparation
+    }
+}
+
+impl Wide {
+    fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        Ok(Self { tree: WideBvh::new(tree, triangles, token)?, lanes: None })
+    }
+
+    /// The lanes of the binary tree that it was made from.
+    fn lanes(&mut self, tree: &AnyTree, token: &CancelToken) -> Result<WideRefit, Cancelled> {
+        self.lanes.take().map_or_else(|| WideRefit::new(&self.tree.tree, tree, token), Ok)
+    }
+
+    /// Fits it to triangles that its binary tree is fitted to.
+    fn fit(&mut self, tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
+        let lanes = self.lanes(tree, token)?;
+        let fitted = lanes.apply(&mut self.tree.tree, tree, triangles, token);
+        self.lanes = Some(lanes);
+        fitted
+    }
+}

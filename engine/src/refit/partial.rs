@@ -1,0 +1,261 @@
+//! Partial rebuilds: subtrees whose cost has grown too much since they were built are built again, all others fitted.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::bottom_up::fit;
+use crate::aac::ClusterContainer;
+use crate::builders::{BuildError, build_binary};
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::optimize::subtree_costs;
+use crate::settings::BuildSettings;
+use crate::tree::{AnyTree, Node, Tree};
+use crate::with_tree;
+
+/// Poll for cancellation every 65536 nodes.
+const NODES_BETWEEN_CHECKS: usize = 1 << 16;
+
+/// SAH cost of each subtree of a tree when it was built, over the area of the subtree's root: so that it does not grow with a model that
+/// does.
+#[derive(Debug, Clone)]
+pub struct BuiltCosts(Vec<f32>);
+
+impl BuiltCosts {
+    /// The costs in a binary tree that has just been built.
+    pub fn new(tree: &AnyTree, token: &CancelToken) -> Result<Self, Cancelled> {
+        with_tree!(tree, tree => Ok(Self(relative_costs(&mut tree.clone(), token)?)))
+    }
+}
+
+/// [`refit()`](super::refit()) of a binary tree, after which the topmost subtrees whose SAH cost, over the area of their root, is more than
+/// `growth` times that of when they were built are built again with `settings`, whose container is that of the tree. `built` are the costs
+/// of the tree and follow it. Returns the number of triangles in subtrees that were built.
+///
+/// A subtree is judged by itself: one that moves away as a whole, or grows evenly, is as good as before; the one that holds it
+/// is not.
+///
+/// # Errors
+///
+/// As [`build_binary`]; the tree is fitted then.
+///
+/// # Panics
+///
+/// As [`refit()`](super::refit()), where a node has another number of children than two, and where `built` are the costs of another tree.
+pub fn partial_rebuild(
+    tree: &mut AnyTree,
+    built: &mut BuiltCosts,
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    growth: f32,
+    token: &CancelToken,
+) -> Result<usize, BuildError> {
+    let settings = BuildSettings { container: tree.container_kind(), ..*settings };
+    let build = |triangles: &[Triangle], token: &CancelToken| build_binary(triangles, &settings, token);
+    match tree {
+        AnyTree::Aabb(tree) => rebuild_grown(tree, built, triangles, growth, token, |triangles, token| {
+            let (AnyTree::Aabb(tree), _) = build(triangles, token)? else { unreachable!("boxes were asked for") };
+            Ok(tree)
+        }),
+        AnyTree::Sphere(tree) => rebuild_grown(tree, built, triangles, growth, token, |triangles, token| {
+            let (AnyTree::Sphere(tree), _) = build(triangles, token)? else { unreachable!("spheres were asked for") };
+            Ok(tree)
+        }),
+    }
+}
+
+/// A subtree that was built again, with its [`BuiltCosts`].
+struct Part<C> {
+    tree: Tree<C>,
+    costs: Vec<f32>,
+}
+
+fn rebuild_grown<C: ClusterContainer>(
+    tree: &mut Tree<C>,
+    built: &mut BuiltCosts,
+    triangles: &[Triangle],
+    growth: f32,
+    token: &CancelToken,
+    build: impl Fn(&[Triangle], &CancelToken) -> Result<Tree<C>, BuildError> + Sync,
+) -> Result<usize, BuildError> {
+    assert!(tree.is_binary(token)?, "partial rebuilds need a binary tree");
+    assert_eq!(tree.nodes.len(), built.0.len(), "the costs are those of another tree");
+    fit(tree, triangles, |_, fitted| fitted, Node::fit_to_children, token)?;
+    let grown = grown_subtrees(tree, &built.0, growth, token)?;
+    let fork = token.fork();
+    let parts = grown.par_iter().map(|&(node, count)| {
+        fork.task(|token| {
+            // In the order of the list, so that a rebuilt root is the tree that a build makes.
+            let mut sources = slots_below(tree, node, count).to_vec();
+            sources.sort_unstable();
+            // Split triangles have several slots.
+            sources.dedup();
+            let own: Vec<Triangle> = sources.iter().map(|&index| triangles[index as usize]).collect();
+            let mut part = build(&own, token)?;
+            part.primitive_indices.iter_mut().for_each(|index| *index = sources[*index as usize]);
+            let costs = relative_costs(&mut part, token)?;
+            Ok(Part { tree: part, costs })
+        })
+    });
+    let parts: Vec<Part<C>> = parts.collect::<Result<_, BuildError>>()?;
+    fork.join();
+    if !parts.is_empty() {
+        let places: HashMap<u32, usize> = grown.iter().map(|&(node, _)| node).zip(0..).collect();
+        (*tree, built.0) = assemble(tree, &built.0, &parts, &places, token)?;
+    }
+    Ok(grown.iter().map(|&(_, count)| count as usize).sum())
+}
+
+/// SAH cost of each subtree over the area of its root; no number where it has none. Changes nothing.
+fn relative_costs<C: ClusterContainer>(tree: &mut Tree<C>, token: &CancelToken) -> Result<Vec<f32>, Cancelled> {
+    let (costs, _) = subtree_costs(&mut tree.nodes, false, token)?;
+    Ok(costs.iter().zip(&tree.nodes).map(|(subtree, node)| subtree.cost / node.container.relative_area()).collect())
+}
+
+/// The topmost nodes whose subtrees have grown, each with the number of slots below it. Changes nothing.
+fn grown_subtrees<C: ClusterContainer>(
+    tree: &mut Tree<C>,
+    built: &[f32],
+    growth: f32,
+    token: &CancelToken,
+) -> Result<Vec<(u32, u32)>, Cancelled> {
+    let (costs, _) = subtree_costs(&mut tree.nodes, false, token)?;
+    let mut is_covered = vec![false; tree.nodes.len()];
+    let mut grown = Vec::new();
+    // Parents come before their children.
+    for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
+        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
+            token.check()?;
+        }
+        if !is_covered[index] && costs[index].cost > growth * built[index] * node.container.relative_area() {
+            grown.push((index as u32, costs[index].count));
+            is_covered[index] = true;
+        }
+        if is_covered[index] {
+            is_covered[node.first as usize..][..2].fill(true);
+        }
+    }
+    Ok(grown)
+}
+
+/// The primitive indices of the `count` slots below `node`.
+fn slots_below<C>(tree: &Tree<C>, node: u32, count: u32) -> &[u32] {
+    let mut leftmost = &tree.nodes[node as usize];
+    while !leftmost.is_leaf() {
+        leftmost = &tree.nodes[leftmost.first as usize];
+    }
+    &tree.primitive_indices[leftmost.first as usize..][..count as usize]
+}
+
+/// The tree with `parts` in the `places` of nodes, in depth-first order, and its costs.
+fn assemble<C: ClusterContainer>(
+    old: &Tree<C>,
+    built: &[f32],
+    parts: &[Part<C>],
+    places: &HashMap<u32, usize>,
+    token: &CancelToken,
+) -> Result<(Tree<C>, Vec<f32>), Cancelled> {
+    const UNWRITTEN: u32 = 0;
+    let unwritten = |container| Node { container, first: UNWRITTEN, count: 0 };
+    let mut tree = Tree {
+        nodes: Vec::with_capacity(old.nodes.len()),
+        primitive_indices: Vec::with_capacity(old.primitive_indices.len()),
+        max_depth: 0,
+    };
+    let mut costs = Vec::with_capacity(old.nodes.len());
+    tree.nodes.push(unwritten(C::EMPTY));
+    costs.push(0.0);
+    // Nodes above those that were built, whose containers may be others now.
+    let mut kept = Vec::new();
+    // Part or the old tree, node in it, place, depth.
+    let mut open = vec![(None, 0_u32, 0_usize, 0_u32)];
+    while let Some((mut part, mut index, place, depth)) = open.pop() {
+        if tree.nodes.len() % NODES_BETWEEN_CHECKS < 2 {
+            token.check()?;
+        }
+        if let (None, Some(&replacing)) = (part, places.get(&index)) {
+            (part, index) = (Some(replacing), 0);
+        }
+        let (source, source_costs) =
+            part.map_or((old, built), |part: usize| (&parts[part].tree, &parts[part].costs[..]));
+        let node = source.nodes[index as usize];
+        costs[place] = source_costs[index as usize];
+        tree.max_depth = tree.max_depth.max(depth);
+        if node.is_leaf() {
+            tree.nodes[place] = Node { first: tree.primitive_indices.len() as u32, ..node };
+            tree.primitive_indices.extend_from_slice(&source.primitive_indices[node.slots()]);
+            continue;
+        }
+        let first = tree.nodes.len();
+        tree.nodes[place] = Node { first: first as u32, ..node };
+        tree.nodes.extend([unwritten(C::EMPTY); 2]);
+        costs.extend([0.0; 2]);
+        open.extend([(part, node.first + 1, first + 1, depth + 1), (part, node.first, first, depth + 1)]);
+        if part.is_none() {
+            kept.push(place);
+        }
+    }
+    // A sphere depends on what it was made of.
+    kept.sort_unstable();
+    for &place in kept.iter().rev() {
+        Node::fit_to_children(&mut tree.nodes, 0, place);
+    }
+    Ok((tree, costs))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::tree::validate::validate;
+
+    /// Triangles in a row along x, all of size one.
+    fn row(count: usize) -> Vec<Triangle> {
+        let at = |x: f32| Triangle { a: Vec3::X * x, b: Vec3::new(x, 1.0, 0.0), c: Vec3::new(x, 0.0, 1.0) };
+        (0..count).map(|x| at(x as f32)).collect()
+    }
+
+    #[test]
+    fn only_the_subtree_that_was_mixed_up_is_built_again() {
+        let (token, settings) = (CancelToken::new(), BuildSettings::default());
+        let mut triangles = row(1024);
+        let mut tree = build_binary(&triangles, &settings, &token).unwrap().0;
+        let mut built = BuiltCosts::new(&tree, &token).unwrap();
+        let rebuild = |tree: &mut AnyTree, built: &mut BuiltCosts, triangles: &[Triangle]| {
+            partial_rebuild(tree, built, triangles, &settings, 1.3, &token).unwrap()
+        };
+        assert_eq!(rebuild(&mut tree, &mut built, &triangles), 0, "nothing moved");
+        // Apart as a whole, each with the same neighbours.
+        let wide: Vec<Triangle> =
+            triangles.iter().map(|t| Triangle { a: t.a * 2.0, b: t.b * 2.0, c: t.c * 2.0 }).collect();
+        assert_eq!(rebuild(&mut tree, &mut built, &wide), 0, "grown evenly");
+        // 64 of them change places with one another.
+        for near in 0..32 {
+            triangles.swap(2 * near, 63 - near);
+        }
+        let count = rebuild(&mut tree, &mut built, &triangles);
+        assert!((64..256).contains(&count), "{count}");
+        validate(&tree, &triangles).unwrap();
+        assert_eq!(rebuild(&mut tree, &mut built, &triangles), 0, "built for these places");
+        let AnyTree::Aabb(boxes) = &tree else { unreachable!() };
+        let depths = boxes.depths(&token).unwrap();
+        assert_eq!(depths.into_iter().max(), Some(boxes.max_depth));
+        assert_eq!(built.0.len(), boxes.nodes.len());
+    }
+
+    #[test]
+    fn a_grown_root_is_a_rebuild() {
+        let (token, settings) = (CancelToken::new(), BuildSettings::default());
+        let mut triangles = row(500);
+        let mut tree = build_binary(&triangles, &settings, &token).unwrap().0;
+        let mut built = BuiltCosts::new(&tree, &token).unwrap();
+        for index in 0..250 {
+            triangles.swap(index, (index * 7919) % 500);
+        }
+        assert_eq!(partial_rebuild(&mut tree, &mut built, &triangles, &settings, 1.01, &token), Ok(500));
+        assert_eq!(tree, build_binary(&triangles, &settings, &token).unwrap().0);
+    }
+}

@@ -1,0 +1,266 @@
+//! The study: a tree for each policy, and its numbers in one frame after another.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use crate::accel::{Accel, EPO_SAMPLES};
+use crate::budget::Budget;
+use crate::catalog::reading::Times;
+use crate::lab::measure::LabError;
+use crate::lab::population::{MeasuredRays, Population, ViewRays};
+use crate::scene::{LoadError, Moment, Motion, Pose, Scene};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::follow::{Follower, POSES, Policy, Update};
+use bvhscope_engine::geometry::{Hit, Ray, Triangle};
+use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
+use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::wide::AnyWideTree;
+use bvhscope_engine::{AnyTree, TreeStats, WideBvh};
+
+/// Frames at most.
+pub const MAX_FRAMES: usize = 10_000;
+/// Rays that a task traces.
+const RAYS_PER_TASK: usize = 1 << 10;
+
+/// The trees and rays of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionPlan {
+    /// The policies, which must take the settings; see [`Policy::refusal`].
+    pub policies: Vec<Policy>,
+    /// How trees are built.
+    pub build: BuildSettings,
+    /// Index of the clip.
+    pub clip: usize,
+    /// Number of frames, at equal distances from the first key to the last.
+    pub frames: usize,
+    /// The rays that are traced in each frame: those of the first are timed.
+    pub rays: Vec<ViewRays>,
+    /// Instructions of the timed rays.
+    pub simd: SimdLevel,
+    /// Number of times that rays are traced to take the median.
+    pub repeat: usize,
+}
+
+impl MotionPlan {
+    /// The moment of a frame.
+    pub fn moment(&self, motion: &Motion, frame: usize) -> Moment {
+        moment_at(motion, self.clip, frame, self.frames)
+    }
+
+    /// Why a scene cannot be studied by it; `None` if it can.
+    pub fn refusal(&self, scene: &Scene) -> Option<String> {
+        let Some(motion) = &scene.motion else { return Some("the model does not move".to_owned()) };
+        if self.clip >= motion.clips.len() {
+            return Some("the model has no such clip".to_owned());
+        }
+        if self.frames == 0 || self.frames > MAX_FRAMES {
+            return Some(format!("1 to {MAX_FRAMES} frames are expected"));
+        }
+        self.policies.iter().find_map(|policy| policy.refusal(&self.build, scene.triangles.len()))
+    }
+}
+
+/// A moment of `count` at equal distances from the first key of a clip to the last.
+fn moment_at(motion: &Motion, clip: usize, index: usize, count: usize) -> Moment {
+    let share = index as f32 / (count.max(2) - 1) as f32;
+    let of_clip = &motion.clips[clip];
+    Moment { clip, seconds: of_clip.start + of_clip.duration() * share }
+}
+
+/// A tree in a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionRow {
+    /// The policy that it follows by.
+    pub policy: Policy,
+    /// The frame, from 0.
+    pub frame: usize,
+    /// Time of the clip in seconds.
+    pub seconds: f32,
+    /// Times of its update, and what that did.
+    pub update: Update,
+    /// Statistics of the binary tree, with its SAH cost.
+    pub stats: TreeStats,
+    /// Bytes of the binary tree.
+    pub tree_bytes: usize,
+    /// End-point overlap of the binary tree.
+    pub epo: EndPointOverlap,
+    /// Tests and cost of the rays of each population, in the order of the plan.
+    pub rays: Vec<MeasuredRays>,
+    /// Wall-clock time of a ray of the first population through the wide tree in nanoseconds, all threads together; 0 without rays.
+    pub ray_ns: f64,
+}
+
+impl MotionRow {
+    /// Containers and triangles that a ray of the first population is tested against, on average over all of them.
+    pub fn tests_per_ray(&self) -> Option<f64> {
+        self.rays.first()?.tests_per_ray()
+    }
+}
+
+/// A study under way: a tree for each policy, and the next frame.
+#[derive(Debug)]
+pub struct MotionStudy {
+    scene: Arc<Scene>,
+    motion: Arc<Motion>,
+    plan: MotionPlan,
+    followers: Vec<Follower>,
+    next: usize,
+}
+
+impl MotionStudy {
+    /// Builds the first trees in the calling thread's rayon pool.
+    pub fn new(scene: &Arc<Scene>, plan: MotionPlan, token: &CancelToken) -> Result<Self, LabError> {
+        if let Some(refusal) = plan.refusal(scene) {
+            return Err(LabError::Refused(refusal));
+        }
+        let Some(motion) = scene.motion.clone() else { return Err(LabError::Refused("it does not move".to_owned())) };
+        let poses = sampled_poses(scene, &motion, &plan, token)?;
+        let followers = plan.policies.iter().map(|&policy| Follower::new(policy, &plan.build, &poses, token));
+        let mut followers = followers.collect::<Result<Vec<_>, _>>()?;
+        drop(poses);
+        let mut pose = Pose::default();
+        for follower in followers.iter_mut().filter(|follower| follower.policy() == Policy::Keep) {
+            for frame in 0..plan.frames {
+                token.check()?;
+                motion.pose(plan.moment(&motion, frame), &mut pose, token)?;
+                follower.enclose(&pose.triangles, token)?;
+            }
+        }
+        Ok(Self { scene: Arc::clone(scene), motion, plan, followers, next: 0 })
+    }
+
+    /// The rows of the next frame, one for each policy, in the calling thread's rayon pool; `None` after the last.
+    pub fn next_frame(&mut self, token: &CancelToken) -> Result<Option<Vec<MotionRow>>, LabError> {
+        let frame = self.next;
+        if frame >= self.plan.frames {
+            return Ok(None);
+        }
+        self.next += 1;
+        let moment = self.plan.moment(&self.motion, frame);
+        let scene = Arc::new(self.scene.at(moment, token).map_err(of_loading)?);
+        let mut lists: Vec<Option<Vec<Ray>>> = vec![None; self.plan.rays.len()];
+        let mut rows = Vec::with_capacity(self.followers.len());
+        for follower in &mut self.followers {
+            token.check()?;
+            let update = follower.follow(&scene.triangles, token)?;
+            let traced =
+                Traced { scene: &scene, tree: follower.tree(), wide: follower.wide(), build: &self.plan.build };
+            let (rays, ray_ns) = traced.measure(&self.plan, &mut lists, token)?;
+            rows.push(MotionRow {
+                policy: follower.policy(),
+                frame,
+                seconds: moment.seconds,
+                update,
+                stats: tree_stats(follower.tree(), token)?,
+                tree_bytes: follower.tree().bytes(),
+                epo: end_point_overlap(follower.tree(), &scene.triangles, EPO_SAMPLES, token)?,
+                rays,
+                ray_ns,
+            });
+        }
+        Ok(Some(rows))
+    }
+}
+
+/// The first frame, and for [`Policy::WholeClip`] others of the clip.
+fn sampled_poses(
+    scene: &Scene,
+    motion: &Motion,
+    plan: &MotionPlan,
+    token: &CancelToken,
+) -> Result<Vec<Vec<Triangle>>, LabError> {
+    let count = if plan.policies.contains(&Policy::WholeClip) { POSES } else { 1 };
+    let bytes = (count * size_of_val(&scene.triangles[..])) as u64;
+    Budget::of_process().check("the poses of a clip", bytes).map_err(|error| LabError::Refused(error.to_string()))?;
+    let mut poses = Vec::with_capacity(count);
+    for index in 0..count {
+        let mut pose = Pose::default();
+        motion.pose(moment_at(motion, plan.clip, index, count), &mut pose, token)?;
+        poses.push(pose.triangles);
+    }
+    Ok(poses)
+}
+
+fn of_loading(error: LoadError) -> LabError {
+    match error {
+        LoadError::Cancelled(cancelled) => LabError::Cancelled(cancelled),
+        error @ LoadError::Unusable { .. } => LabError::Refused(error.to_string()),
+    }
+}
+
+/// A tree of a frame that is measured.
+struct Traced<'a> {
+    scene: &'a Arc<Scene>,
+    tree: &'a AnyTree,
+    wide: &'a WideBvh,
+    build: &'a BuildSettings,
+}
+
+impl Traced<'_> {
+    /// Counts the tests of the rays of each population, and times those of the first. `lists` keeps rays that are the same in every tree of
+    /// the frame.
+    fn measure(
+        &self,
+        plan: &MotionPlan,
+        lists: &mut [Option<Vec<Ray>>],
+        token: &CancelToken,
+    ) -> Result<(Vec<MeasuredRays>, f64), Cancelled> {
+        let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
+        let (mut measured, mut ray_ns) = (Vec::new(), 0.0);
+        for (at, (rays, list)) in plan.rays.iter().zip(lists).enumerate() {
+            let own;
+            let list: &[Ray] = if rays.population() == Population::Random {
+                own = rays.random_lines(self.tree);
+                &own
+            } else {
+                let known = match list.take() {
+                    Some(known) => known,
+                    // By any tree: all hit the same.
+                    None => rays.list(&self.accel(token)?, token)?,
+                };
+                list.insert(known)
+            };
+            let visits = rays.visits(self.tree, &triangles, list, token)?;
+            measured.push(MeasuredRays::of_tree(rays.population(), self.tree, &visits, token)?);
+            if at == 0 {
+                ray_ns = time_of_ray(&self.wide.tree, list, plan.simd, plan.repeat, token)?;
+            }
+        }
+        Ok((measured, ray_ns))
+    }
+
+    /// The tree as pictures take it, copied.
+    fn accel(&self, token: &CancelToken) -> Result<Arc<Accel>, Cancelled> {
+        Ok(Arc::new(Accel::with_tree(self.scene, self.build, self.tree.clone(), token)?))
+    }
+}
+
+/// Median wall-clock time in nanoseconds of finding the nearest hit of a ray, all threads together.
+fn time_of_ray(
+    wide: &AnyWideTree,
+    rays: &[Ray],
+    simd: SimdLevel,
+    repeat: usize,
+    token: &CancelToken,
+) -> Result<f64, Cancelled> {
+    if rays.is_empty() {
+        return Ok(0.0);
+    }
+    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+    let mut times = Vec::with_capacity(repeat);
+    for _ in 0..repeat.max(1) {
+        let start = Instant::now();
+        let tasks = rays.par_chunks(RAYS_PER_TASK).zip(hits.par_chunks_mut(RAYS_PER_TASK));
+        tasks.try_for_each(|(rays, hits)| {
+            token.check()?;
+            wide.closest_hits(simd.level(), rays, hits);
+            Ok(())
+        })?;
+        times.push(start.elapsed().as_secs_f64() * 1e9 / rays.len() as f64);
+    }
+    Ok(Times::of(times).ms)
+}

@@ -1,0 +1,80 @@
+//! The charts of policies over the frames of a clip.
+
+use super::axis::Axis;
+use super::chart::{Chart, Curve, Look, Point};
+use super::series::{curves, series_name};
+use crate::catalog::numbers::Number;
+use crate::catalog::numbers::rows::{EPO, POPULATION_TESTS_PER_RAY, RAY_NS, READY_MS, SAH_COST};
+use crate::lab::measurement::Measurement;
+
+/// The numbers that are drawn, and the labels of their axes.
+const QUANTITIES: [(&Number, &str); 5] = [
+    (READY_MS, "Update until rays can be traced (ms)"),
+    (POPULATION_TESTS_PER_RAY, "Tests per ray"),
+    (RAY_NS, "Time of a ray (ns)"),
+    (SAH_COST, "SAH cost"),
+    (EPO, "End-point overlap"),
+];
+
+/// Frames from which markers would cover the lines.
+const MANY: usize = 40;
+
+/// Each quantity over the time of the clip, one curve a policy; and the time of a frame with a ray for each pixel.
+pub(super) fn policy_charts(rows: &[Measurement]) -> Vec<Chart> {
+    let of_number = QUANTITIES.map(|(number, label)| chart(rows, label, |row| row.values.known(number)));
+    let of_frame = chart(rows, "Time of a frame with a ray for each pixel (ms)", |row| {
+        let rays = f64::from(row.width_px) * f64::from(row.height_px);
+        Some(row.values.known(READY_MS)? + row.values.known(RAY_NS)? * rays * 1e-6)
+    });
+    of_number.into_iter().chain([of_frame]).filter(|chart| !chart.curves.is_empty()).collect()
+}
+
+fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Option<f64>) -> Chart {
+    let is_one_tree = rows.iter().all(|row| row.model == rows[0].model && row.container == rows[0].container);
+    let name = |row: &Measurement| {
+        let policy = row.motion.as_ref().map_or("", |motion| motion.policy.label());
+        if is_one_tree { policy.to_owned() } else { format!("{policy}, {}", series_name(row, rows)) }
+    };
+    let mut curves: Vec<Curve> = curves(rows, name, |row| {
+        Some(Point::of([f64::from(row.motion.as_ref()?.time_s), read(row).filter(|value| value.is_finite())?]))
+    });
+    for curve in curves.iter_mut().filter(|curve| curve.points.len() > MANY) {
+        curve.look = Look::Line;
+    }
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let axes = [Axis::linear(points().map(|point| point.x)), Axis::fitted(points().map(|point| point.y))];
+    let labels = ["Time of the clip (s)".to_owned(), label.to_owned()];
+    Chart { title: String::new(), labels, axes, curves, rows: Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::measurement::FrameOfClip;
+    use crate::lab::sample::sample;
+    use bvhscope_engine::follow::Policy;
+
+    #[test]
+    fn each_policy_is_a_curve_over_time() {
+        let row = |policy, frame: usize| {
+            let motion = FrameOfClip { policy, clip: "run".to_owned(), frame, time_s: frame as f32 * 0.5 };
+            let row = Measurement { command: "animate".to_owned(), motion: Some(motion), ..sample() };
+            row.with(READY_MS, 2.0).with(RAY_NS, 100.0)
+        };
+        let rows: Vec<Measurement> =
+            (0..3).flat_map(|frame| [Policy::Refit, Policy::Rebuild].map(|policy| row(policy, frame))).collect();
+        let charts = policy_charts(&rows);
+        assert_eq!(charts.len(), 6);
+        for chart in &charts {
+            let names: Vec<&str> = chart.curves.iter().map(|curve| curve.name.as_str()).collect();
+            assert_eq!(
+                (names.as_slice(), chart.labels[0].as_str()),
+                (&["Refit", "Rebuild"][..], "Time of the clip (s)")
+            );
+            let times: Vec<f64> = chart.curves[0].points.iter().map(|point| point.x).collect();
+            assert_eq!(times, [0.0, 0.5, 1.0]);
+        }
+        // 101 × 103 rays of 100 ns.
+        assert!((charts[5].curves[1].points[2].y - 3.0403).abs() < 1e-9);
+    }
+}
