@@ -6,14 +6,20 @@ use std::sync::{Arc, Weak};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bvhscope::app::commands::{Action, CompareStep, command_line, shared_state};
-use bvhscope::app::state::{AppState, CompareView, Request};
+use bvhscope::app::state::{AppState, CompareView, Presented, Request};
+use bvhscope::catalog::metrics::GROWTH;
+use bvhscope::lab::node_values::NodeValues;
+use bvhscope::overlay::ColorBy;
 use bvhscope::scene::{Moment, Scene, SceneSource};
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::follow::Policy;
+use bvhscope_engine::tree::ContainerKind;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
 use egui_kittest::kittest::Queryable as _;
 use serde_json::{Value, json};
 
-use crate::harness::{Window, app, app_with, camera, drag, presented, press, send, settle};
+use crate::harness::{Window, app, app_with, camera, click, drag, presented, press, send, settle};
 
 const SIZE: Vec2 = vec2(1100.0, 760.0);
 
@@ -258,4 +264,94 @@ fn a_model_that_is_replaced_while_it_plays_goes_on_or_says_why_not() {
     write_clips(&path, 0);
     reload(&mut harness);
     assert!(harness.query_by_label("Play clip").is_none(), "it stands still now");
+}
+
+/// The view "Motion" over the walker, measured.
+fn measured() -> Window {
+    let mut harness = app_with(builtin("walker", 300), vec2(1100.0, 900.0), true);
+    state(&mut harness).wanted.follow.frames = 10;
+    press(&mut harness, Modifiers::NONE, Key::T);
+    harness
+}
+
+#[test]
+fn the_view_measures_each_policy_over_the_clip() {
+    let mut harness = measured();
+    let curves = harness.state().state.lab.motion.curves().cloned().expect("measured");
+    let curves = curves.as_ref().as_ref().unwrap();
+    assert_eq!(curves.iter().map(|curve| curve.policy).collect::<Vec<_>>(), Policy::ALL);
+    assert!(curves.iter().all(|curve| curve.rows.len() == 10));
+    assert!(harness.query_by_label("Plot of SAH cost over the clip").is_some());
+    harness.get_by_role_and_label(Role::Button, "Keep").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.lab.motion.hidden, [Policy::Keep]);
+    assert!(harness.query_by_label_contains("Cheapest with").is_some());
+    // A step in time measures nothing anew; another container does, without what moves subtrees of boxes only.
+    let before = harness.state().state.lab.motion.curves().cloned().unwrap();
+    press(&mut harness, Modifiers::SHIFT, Key::ArrowRight);
+    assert!(Arc::ptr_eq(&before, harness.state().state.lab.motion.curves().unwrap()));
+    state(&mut harness).wanted.build.container = ContainerKind::Sphere;
+    settle(&mut harness);
+    let curves = harness.state().state.lab.motion.curves().cloned().unwrap();
+    assert_eq!(curves.as_ref().as_ref().unwrap().len(), Policy::ALL.len() - 1);
+    // A model that stands still has nothing to measure.
+    state(&mut harness).activity.requests.push(Request::Open(builtin("teapot", 2)));
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("This model stands still").is_some());
+    assert!(harness.state().state.lab.motion.curves().is_none());
+}
+
+#[test]
+fn a_click_goes_to_the_frame_with_a_tree_by_the_policy() {
+    let mut harness = measured();
+    state(&mut harness).lab.motion.hidden =
+        Policy::ALL.into_iter().filter(|policy| *policy != Policy::Rotate).collect();
+    settle(&mut harness);
+    let curves = harness.state().state.lab.motion.curves().cloned().unwrap();
+    let curve = curves.as_ref().as_ref().unwrap().iter().find(|curve| curve.policy == Policy::Rotate).unwrap();
+    let plot = harness.get_by_label("Plot of SAH cost over the clip").rect();
+    // Of a single curve, the pointer finds some point within reach on the way down.
+    for share in 1..20 {
+        click(&mut harness, plot.center_top() + vec2(0.0, plot.height() * share as f32 / 20.0));
+        if wanted(&harness).is_some() {
+            break;
+        }
+    }
+    let moment = wanted(&harness).expect("a frame was clicked");
+    let row = curve.rows.iter().find(|row| row.seconds == moment.seconds).expect("a frame of the clip");
+    let accel = presented(&harness).accel;
+    assert_eq!((accel.follow.policy, accel.scene.moment), (Policy::Rotate, Some(moment)));
+    assert_eq!(accel.report.stats.sah_cost, row.stats.sah_cost, "the very tree that was measured");
+}
+
+#[test]
+fn containers_show_how_much_they_have_grown() {
+    let mut harness = app_with(builtin("explosion", 300), SIZE, true);
+    state(&mut harness).wanted.overlay.color_by = ColorBy::Growth;
+    state(&mut harness).wanted.follow.policy = Policy::Refit;
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some(), "nothing has grown yet");
+    state(&mut harness).go_to_time(1.0);
+    settle(&mut harness);
+    let accel = presented(&harness).accel;
+    let (built, values) = (accel.built_areas().unwrap(), NodeValues { accel: &accel, visits: None });
+    assert!(values.get(GROWTH, 0).unwrap() > 2.0 && built.len() == accel.tree.node_count());
+    assert!(harness.query_by_label_contains("Legend. Containers: area over that when built").is_some());
+    state(&mut harness).wanted.follow.policy = Policy::Rebuild;
+    settle(&mut harness);
+    assert!(presented(&harness).accel.built_areas().is_none());
+}
+
+#[test]
+fn two_trees_follow_by_policies_of_their_own() {
+    let mut harness = cloth();
+    press(&mut harness, Modifiers::COMMAND, Key::Num2);
+    state(&mut harness).wanted.second.as_mut().unwrap().policy = Policy::Refit;
+    state(&mut harness).go_to_time(0.7);
+    settle(&mut harness);
+    let second = harness.state().state.model.second.clone().unwrap();
+    assert_eq!([presented(&harness).accel.follow.policy, second.accel.follow.policy], [Policy::Rebuild, Policy::Refit]);
+    let hash = |shown: &Presented| shown.accel.hash(&CancelToken::new()).unwrap();
+    assert_ne!(hash(&presented(&harness)), hash(&second));
+    assert_eq!(presented(&harness).frame.primitive, second.frame.primitive, "the same hits");
 }

@@ -139,7 +139,7 @@ fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
     dialogs::start_page::show(ctx, state);
     dialogs::help::show(ctx, state);
     dialogs::help::about(ctx, state);
-    dialogs::message_log::show(ctx, state);
+    dialogs::help::messages(ctx, state);
     dialogs::palette::show(ctx, state);
     dialogs::palette::show_go_to(ctx, state);
 }

@@ -9,9 +9,11 @@ use egui::{
 
 use crate::app::commands::Action;
 use crate::app::state::{AppState, Playback};
-use crate::app::widgets::{Icon, Tip as _, icon_button, plain_drop_down};
+use crate::app::widgets::{Icon, Tip as _, icon_button, plain_drop_down, refusable_drop_down};
 use crate::app::{format, theme};
 use crate::scene::Motion;
+use bvhscope_engine::follow::Policy;
+use bvhscope_engine::settings::{BuildSettings, Preset};
 
 /// Longest time in seconds by which playing advances at once.
 const LONGEST_FRAME: f32 = 0.25;
@@ -45,6 +47,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, motion: &Arc<Motion>) {
         transport(ui, state);
         ui.add_space(4.0);
         clips(ui, state, motion);
+        policy(ui, state);
         ui.add_space(4.0);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if is_wide {
@@ -125,6 +128,18 @@ fn scrub(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
         state.go_to_time(seconds);
     }
     response.tip("Drag to any moment of the clip").disabled_tip("This clip is a single moment: nothing moves in it");
+}
+
+/// The list of policies by which the tree follows the model.
+fn policy(ui: &mut Ui, state: &mut AppState) {
+    let container = state.edited_build().container;
+    let refusal = |policy: Policy| policy.refusal(&BuildSettings::preset(Preset::Fast, container), 0);
+    let choices = Policy::ALL.map(|policy| (policy, policy.label(), policy.meaning()));
+    let width = (ui.available_width() * CLIP_SHARE).clamp(CLIP_WIDTH[0], CLIP_WIDTH[1]);
+    let list = ComboBox::from_id_salt("policy").width(width).height(360.0).truncate();
+    let policy = state.edited_policy_mut();
+    let response = refusable_drop_down(ui, list, "Policy", policy, &choices, refusal);
+    response.tip("What becomes of the tree while the model moves; the view Motion (T) compares the policies");
 }
 
 /// The name of a clip in lists.

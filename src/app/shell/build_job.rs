@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::{Accel, BuildSession};
+use crate::accel::{Accel, BuildSession, Follow, FollowSession};
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::state::HiddenNodes;
@@ -19,6 +19,7 @@ use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Delay after a tree is delivered, so that its first frame is shown, and the end of a drag noticed, before background work
@@ -35,6 +36,8 @@ pub(crate) struct BuildKey {
     pub scene: Arc<Scene>,
     /// The moment of a model that moves.
     pub moment: Option<Moment>,
+    /// How the tree of a moment follows the model, unless a file holds it.
+    pub follow: Follow,
     /// How the tree is built, unless a file holds it.
     pub settings: BuildSettings,
     /// The file that holds the tree.
@@ -48,7 +51,7 @@ pub(crate) struct BuildKey {
 impl PartialEq for BuildKey {
     fn eq(&self, other: &Self) -> bool {
         let same_tree = match (&self.file, &other.file) {
-            (None, None) => self.settings == other.settings,
+            (None, None) => self.settings == other.settings && self.follow == other.follow,
             (file, of_other) => file == of_other && self.revision == other.revision,
         };
         self.scene.is_same_model(&other.scene)
@@ -60,10 +63,17 @@ impl PartialEq for BuildKey {
 
 impl BuildKey {
     /// Builds the tree, or reads it.
-    fn tree(&self, session: &mut BuildSession, token: &CancelToken) -> Result<Accel, BuildError> {
+    fn tree(&self, sessions: &mut Sessions, token: &CancelToken) -> Result<Accel, BuildError> {
         let scene = self.moved(token).map_err(refused)?;
         match &self.file {
-            None => Accel::build_with_session(&scene, &self.settings, Some(session), token),
+            None if self.follow.policy != Policy::Rebuild => {
+                sessions.build = BuildSession::default();
+                Accel::follow(&scene, &self.settings, self.follow, &mut sessions.follow, token)
+            }
+            None => {
+                sessions.follow = FollowSession::default();
+                Accel::build_with_session(&scene, &self.settings, Some(&mut sessions.build), token)
+            }
             Some(path) => Accel::read(&scene, path, token).map_err(refused),
         }
     }
@@ -75,6 +85,13 @@ impl BuildKey {
             None => Ok(Arc::clone(&self.scene)),
         }
     }
+}
+
+/// Results of earlier builds for the next.
+#[derive(Default)]
+struct Sessions {
+    build: BuildSession,
+    follow: FollowSession,
 }
 
 /// Why there is no tree where there is no scene, or no file.
@@ -165,12 +182,12 @@ pub(crate) struct Built {
 /// Starts the worker that builds trees; `wake` is called from its thread after each result. After a tree is delivered the
 /// worker collapses it into the wide tree and computes what panels and clicks need, unless another tree is requested.
 pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
-    let (pool, session) = (WorkerPool::default(), RefCell::new(BuildSession::default()));
+    let (pool, session) = (WorkerPool::default(), RefCell::new(Sessions::default()));
     Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
         let BuildJob { key, view, overlay, moving } = job;
         let (threads, start) = (key.threads, Instant::now());
         let mut session = session.borrow_mut();
-        let session: &mut BuildSession = &mut session;
+        let session: &mut Sessions = &mut session;
         let file = key.file.as_deref().and_then(WatchedFile::of);
         let result = pool.run("build", threads, || {
             let accel = Arc::new(key.tree(session, token)?);
@@ -204,7 +221,7 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
                 wait_for_first_frame(token);
                 if !token.is_cancelled() {
                     // No other build has followed, so the buffers for reuse are freed.
-                    *session = BuildSession::default();
+                    session.build = BuildSession::default();
                     // Where it is cancelled, the derived worker computes what is needed.
                     let _ = pool
                         .run("build", threads, || accel.compute_derived(token).and_then(|()| table.list(None, token)));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::are_same;
+use crate::accel::{Follow, are_same};
 use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView, hidden_triangles};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
@@ -242,7 +242,8 @@ impl Reconciler {
             settings.optimize = settings.optimize.without(Pass::Anneal);
         }
         let scene = shown.filter(|shown| shown.moment == moment).map_or(scene.clone(), Arc::clone);
-        let key = BuildKey { scene, moment, settings, file, revision, threads };
+        let follow = if moment.is_some() { state.wanted.follow.normal() } else { Follow::default() };
+        let key = BuildKey { scene, moment, follow, settings, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }
@@ -382,7 +383,7 @@ impl Reconciler {
             let text = format!("This tree cannot be built: {reason}. AAC builds it instead");
             state.messages.notify(Severity::Warning, text);
             state.wanted.build = BuildSettings { container: state.wanted.build.container, ..BuildSettings::default() };
-            state.wanted.moment = None;
+            (state.wanted.moment, state.wanted.follow) = (None, Follow::default());
         }
     }
 
@@ -401,6 +402,9 @@ impl Reconciler {
         state.wanted.set_tree_file(TreeSide::A, file);
         state.wanted.threads = presented.threads;
         state.wanted.moment = scene.moment;
+        if scene.moment.is_some() {
+            state.wanted.follow.policy = presented.accel.follow.policy;
+        }
         state.model.playback.playing = false;
         if state.model.loaded.as_ref().is_none_or(|loaded| !loaded.is_same_model(&scene)) {
             self.build.discard_pending();

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::accel::Accel;
+use crate::accel::{Accel, Follow};
 use crate::app::shell::build_job::{BuildJob, BuildKey, BuiltTree};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
@@ -87,7 +87,8 @@ impl SecondRail {
         let file = state.wanted.tree_file(TreeSide::B).map(Path::to_path_buf);
         let (revision, threads) = (build.revision(), state.wanted.threads);
         let moment = scene.moment;
-        let key = BuildKey { scene, moment, settings: second.build, file, revision, threads };
+        let follow = if moment.is_some() { state.wanted.follow_of(TreeSide::B).normal() } else { Follow::default() };
+        let key = BuildKey { scene, moment, follow, settings: second.build, file, revision, threads };
         let job = BuildJob { key, view: None, overlay, moving };
         if let Err(reason) = build.request(job, state.model.second.as_ref(), now) {
             refuse(&reason, state);
@@ -181,6 +182,7 @@ fn revert(state: &mut AppState) {
     state.wanted.second = state.wanted.second.zip(shown).map(|(mut second, accel)| {
         if accel.file.is_none() {
             second.build = accel.settings;
+            second.policy = if accel.scene.moment.is_some() { accel.follow.policy } else { second.policy };
         }
         second
     });

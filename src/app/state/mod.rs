@@ -41,7 +41,7 @@ pub use wanted::{HeatBasis, Wanted};
 use std::sync::Arc;
 
 use self::paper::RowFormat;
-use crate::accel::Accel;
+use crate::accel::{Accel, Follow};
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
 use crate::overlay::ColorBy;
@@ -49,6 +49,7 @@ use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
 use crate::scene::Scene;
 use crate::visibility::TriangleSet;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::survival::Survival;
@@ -146,6 +147,14 @@ impl AppState {
         match &mut self.wanted.second {
             Some(second) if self.layout.edited_tree == TreeSide::B => &mut second.build,
             _ => &mut self.wanted.build,
+        }
+    }
+
+    /// How the tree that the strip of time and the keys change follows the model.
+    pub fn edited_policy_mut(&mut self) -> &mut Policy {
+        match &mut self.wanted.second {
+            Some(second) if self.layout.edited_tree == TreeSide::B => &mut second.policy,
+            _ => &mut self.wanted.follow.policy,
         }
     }
 
@@ -392,7 +401,11 @@ impl AppState {
     /// Whether a tree is the wanted one.
     fn is_wanted(&self, accel: &Accel, side: TreeSide) -> bool {
         match (self.wanted.tree_file(side), &accel.file) {
-            (None, None) => accel.settings == *self.wanted.build_of(side),
+            (None, None) => {
+                let follow =
+                    if accel.scene.moment.is_some() { self.wanted.follow_of(side).normal() } else { Follow::default() };
+                accel.settings == *self.wanted.build_of(side) && accel.follow == follow
+            }
             (Some(wanted), Some(file)) => file.path == wanted,
             _ => false,
         }

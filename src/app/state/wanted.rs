@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::accel::Follow;
 use crate::app::state::second_tree::{CompareView, SecondTree, TreeSide};
 use crate::camera::Camera;
 use crate::catalog::settings;
@@ -24,6 +25,9 @@ pub struct Wanted {
     /// The moment of a model that moves; `None` for the pose of the file, without any clip.
     #[serde(default)]
     pub moment: Option<Moment>,
+    /// How the tree follows the model from moment to moment.
+    #[serde(default)]
+    pub follow: Follow,
     /// How its tree is built.
     pub build: BuildSettings,
     /// Number of threads for building and tracing; 0 for all.
@@ -48,6 +52,7 @@ impl Wanted {
         Self {
             source,
             moment: None,
+            follow: Follow::default(),
             build: BuildSettings::default(),
             threads: 0,
             camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
@@ -69,6 +74,9 @@ impl Wanted {
             settings::limit(build);
         }
         self.moment = self.moment.filter(|moment| moment.seconds.is_finite());
+        if !Follow::FRAMES.contains(&self.follow.frames) {
+            self.follow.frames = Follow::default().frames;
+        }
         self.threads = self.threads.min(1024);
         self.render.samples = self.render.samples.clamp(1, 1024);
         self.overlay.budget = self.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
@@ -108,6 +116,14 @@ impl Wanted {
         match &self.second {
             Some(second) if side == TreeSide::B => &second.build,
             _ => &self.build,
+        }
+    }
+
+    /// How a tree follows the model.
+    pub fn follow_of(&self, side: TreeSide) -> Follow {
+        match self.second {
+            Some(second) if side == TreeSide::B => Follow { policy: second.policy, ..self.follow },
+            _ => self.follow,
         }
     }
 

@@ -47,6 +47,12 @@ impl Clip {
     pub fn duration(&self) -> f32 {
         self.end - self.start
     }
+
+    /// Time in seconds of a frame of `count` at equal distances from the first key to the last.
+    pub fn at_frame(&self, frame: usize, count: usize) -> f32 {
+        let share = frame as f32 / (count.max(2) - 1) as f32;
+        (self.start + self.duration() * share).min(self.end)
+    }
 }
 
 /// The clips of a model, and where each moves its triangles.

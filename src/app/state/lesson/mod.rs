@@ -15,13 +15,14 @@ use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
 
 /// The built-in lessons, in the order of the menu.
-pub const LESSONS: [&str; 6] = [
+pub const LESSONS: [&str; 7] = [
     include_str!("../../../../assets/lessons/1-what-a-tree-saves.txt"),
     include_str!("../../../../assets/lessons/2-two-phases.txt"),
     include_str!("../../../../assets/lessons/3-threshold-and-reduction.txt"),
     include_str!("../../../../assets/lessons/4-box-or-sphere.txt"),
     include_str!("../../../../assets/lessons/5-when-sah-lies.txt"),
     include_str!("../../../../assets/lessons/6-why-here.txt"),
+    include_str!("../../../../assets/lessons/7-refit-or-rebuild.txt"),
 ];
 
 /// The lesson that is being read.
