@@ -3,6 +3,7 @@
 
 mod file_tree;
 mod follow;
+pub mod followed;
 mod read;
 mod reading;
 
@@ -29,7 +30,7 @@ use crate::catalog::reading::Times;
 use crate::scene::Scene;
 
 pub use file_tree::FileTree;
-pub use follow::{Follow, FollowSession};
+pub use follow::Follow;
 
 /// Number of triangles sampled for the end-point overlap of a large scene.
 pub const EPO_SAMPLES: usize = 2_000;

@@ -128,7 +128,7 @@ fn a_drag_along_the_strip_goes_to_any_moment() {
 #[test]
 fn the_moment_is_shared_and_copied() {
     let mut first = cloth();
-    state(&mut first).go_to_time(0.5);
+    state(&mut first).clock().unwrap().go_to(0.5);
     settle(&mut first);
     let line = shared_state(&first.state().state).line();
     let mut second = app();
@@ -152,7 +152,7 @@ fn both_trees_are_of_the_same_moment() {
     state(&mut harness).wanted.second.as_mut().unwrap().build.threshold = 20;
     Action::Compare(CompareStep::View(CompareView::Split)).perform(state(&mut harness));
     settle(&mut harness);
-    state(&mut harness).toggle_play();
+    state(&mut harness).clock().unwrap().toggle_play();
     for _ in 0..6 {
         harness.run_steps(1);
         let second = harness.state().state.model.second.clone().expect("the second tree stays");
@@ -168,7 +168,7 @@ fn both_trees_are_of_the_same_moment() {
 fn slow_trees_drop_frames_and_never_fall_behind() {
     // No frame of this window waits.
     let mut harness = app_with(builtin("cloth", 20_000), SIZE, false);
-    state(&mut harness).toggle_play();
+    state(&mut harness).clock().unwrap().toggle_play();
     let mut seen: Vec<f32> = Vec::new();
     let mut wanted_at = Vec::new();
     for _ in 0..400 {
@@ -189,7 +189,7 @@ fn slow_trees_drop_frames_and_never_fall_behind() {
     for moment in &seen {
         assert!(rest.any(|wanted| wanted == moment), "{moment} of {seen:?} in {wanted_at:?}");
     }
-    state(&mut harness).toggle_play();
+    state(&mut harness).clock().unwrap().toggle_play();
     settle(&mut harness);
     assert_eq!(shown(&harness), wanted(&harness), "the latest is shown at last");
 }
@@ -245,8 +245,8 @@ fn a_model_that_is_replaced_while_it_plays_goes_on_or_says_why_not() {
     let path = folder.path().join("changing.gltf");
     write_clips(&path, 2);
     let mut harness = app_with(SceneSource::File(path.clone()), SIZE, true);
-    state(&mut harness).choose_clip(Some(1));
-    state(&mut harness).toggle_play();
+    state(&mut harness).clock().unwrap().choose_clip(Some(1));
+    state(&mut harness).clock().unwrap().toggle_play();
     harness.run_steps(2);
     let reload = |harness: &mut Window| {
         state(harness).activity.requests.push(Request::Reload);
@@ -331,7 +331,7 @@ fn containers_show_how_much_they_have_grown() {
     state(&mut harness).wanted.follow.policy = Policy::Refit;
     settle(&mut harness);
     assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some(), "nothing has grown yet");
-    state(&mut harness).go_to_time(1.0);
+    state(&mut harness).clock().unwrap().go_to(1.0);
     settle(&mut harness);
     let accel = presented(&harness).accel;
     let (built, values) = (accel.built_areas().unwrap(), NodeValues { accel: &accel, visits: None });
@@ -347,7 +347,7 @@ fn two_trees_follow_by_policies_of_their_own() {
     let mut harness = cloth();
     press(&mut harness, Modifiers::COMMAND, Key::Num2);
     state(&mut harness).wanted.second.as_mut().unwrap().policy = Policy::Refit;
-    state(&mut harness).go_to_time(0.7);
+    state(&mut harness).clock().unwrap().go_to(0.7);
     settle(&mut harness);
     let second = harness.state().state.model.second.clone().unwrap();
     assert_eq!([presented(&harness).accel.follow.policy, second.accel.follow.policy], [Policy::Rebuild, Policy::Refit]);

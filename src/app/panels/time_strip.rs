@@ -31,8 +31,10 @@ const FILE_POSE: &str = "pose of the file";
 
 /// Goes on playing. Called before the panels, which then all show the same moment.
 pub(super) fn play(ui: &Ui, state: &mut AppState) {
-    if state.model.playback.playing {
-        state.play(ui.input(|input| input.stable_dt).min(LONGEST_FRAME));
+    if state.model.playback.playing
+        && let Some(mut clock) = state.clock()
+    {
+        clock.play(ui.input(|input| input.stable_dt).min(LONGEST_FRAME));
         ui.ctx().request_repaint();
     }
 }
@@ -124,8 +126,8 @@ fn scrub(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
     let can_move = clip.duration() > 0.0;
     let response = ui.add_enabled(can_move, Slider::new(&mut seconds, clip.start..=clip.end).show_value(false));
     response.widget_info(|| WidgetInfo::slider(can_move, f64::from(seconds), "Time"));
-    if response.changed() {
-        state.go_to_time(seconds);
+    if let Some(mut clock) = state.clock().filter(|_| response.changed()) {
+        clock.go_to(seconds);
     }
     response.tip("Drag to any moment of the clip").disabled_tip("This clip is a single moment: nothing moves in it");
 }
@@ -137,7 +139,8 @@ fn policy(ui: &mut Ui, state: &mut AppState) {
     let choices = Policy::ALL.map(|policy| (policy, policy.label(), policy.meaning()));
     let width = (ui.available_width() * CLIP_SHARE).clamp(CLIP_WIDTH[0], CLIP_WIDTH[1]);
     let list = ComboBox::from_id_salt("policy").width(width).height(360.0).truncate();
-    let policy = state.edited_policy_mut();
+    let side = state.edited_side();
+    let policy = state.wanted.policy_mut(side);
     let response = refusable_drop_down(ui, list, "Policy", policy, &choices, refusal);
     response.tip("What becomes of the tree while the model moves; the view Motion (T) compares the policies");
 }
@@ -195,8 +198,8 @@ fn filtered(ui: &mut Ui, motion: &Motion) -> Vec<usize> {
 fn entry(ui: &mut Ui, state: &mut AppState, name: &str, tip: &str, on: bool, clip: Option<usize>) {
     let response = ui.add(Button::selectable(on, name).truncate()).tip(tip);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, name));
-    if response.clicked() {
-        state.choose_clip(clip);
+    if let Some(mut clock) = state.clock().filter(|_| response.clicked()) {
+        clock.choose_clip(clip);
         ui.close();
     }
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::{Accel, BuildSession, Follow, FollowSession};
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, BuildSession, Follow};
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::state::HiddenNodes;

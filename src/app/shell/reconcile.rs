@@ -242,7 +242,7 @@ impl Reconciler {
             settings.optimize = settings.optimize.without(Pass::Anneal);
         }
         let scene = shown.filter(|shown| shown.moment == moment).map_or(scene.clone(), Arc::clone);
-        let follow = if moment.is_some() { state.wanted.follow.normal() } else { Follow::default() };
+        let follow = state.wanted.follow_at(TreeSide::A, moment);
         let key = BuildKey { scene, moment, follow, settings, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::accel::{Accel, Follow};
+use crate::accel::Accel;
 use crate::app::shell::build_job::{BuildJob, BuildKey, BuiltTree};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
@@ -87,7 +87,7 @@ impl SecondRail {
         let file = state.wanted.tree_file(TreeSide::B).map(Path::to_path_buf);
         let (revision, threads) = (build.revision(), state.wanted.threads);
         let moment = scene.moment;
-        let follow = if moment.is_some() { state.wanted.follow_of(TreeSide::B).normal() } else { Follow::default() };
+        let follow = state.wanted.follow_at(TreeSide::B, moment);
         let key = BuildKey { scene, moment, follow, settings: second.build, file, revision, threads };
         let job = BuildJob { key, view: None, overlay, moving };
         if let Err(reason) = build.request(job, state.model.second.as_ref(), now) {

@@ -22,12 +22,11 @@ mod start_page;
 mod undo;
 
 pub use action::Request;
-pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
-pub use activity::{Message, MessageLog, Severity};
+pub use activity::{Activity, JobStatus, Message, MessageLog, PROGRESS_DELAY, Severity};
 pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
-pub use playback::{FRAME_SECONDS, Playback};
+pub use playback::{Clock, FRAME_SECONDS, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
@@ -41,15 +40,14 @@ pub use wanted::{HeatBasis, Wanted};
 use std::sync::Arc;
 
 use self::paper::RowFormat;
-use crate::accel::{Accel, Follow};
+use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
 use crate::overlay::ColorBy;
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
-use crate::scene::Scene;
+use crate::scene::{Clip, Moment, Motion, Scene};
 use crate::visibility::TriangleSet;
-use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::survival::Survival;
@@ -97,6 +95,23 @@ impl AppState {
             preferences,
             undo: UndoStack::default(),
         }
+    }
+
+    /// The clips of the loaded model; `None` where it stands still.
+    pub fn motion(&self) -> Option<&Arc<Motion>> {
+        self.model.loaded.as_ref()?.motion.as_ref()
+    }
+
+    /// The wanted moment with its clip; `None` in the pose of the file.
+    pub fn clip(&self) -> Option<(Moment, &Clip)> {
+        let moment = self.motion()?.within(self.wanted.moment?)?;
+        Some((moment, &self.motion()?.clips[moment.clip]))
+    }
+
+    /// The time of the loaded model, to be changed; `None` where it stands still.
+    pub fn clock(&mut self) -> Option<Clock<'_>> {
+        let motion = Arc::clone(self.motion()?);
+        Some(Clock { playback: &mut self.model.playback, moment: &mut self.wanted.moment, motion })
     }
 
     /// Ends the tour, which does not come back by itself.
@@ -147,14 +162,6 @@ impl AppState {
         match &mut self.wanted.second {
             Some(second) if self.layout.edited_tree == TreeSide::B => &mut second.build,
             _ => &mut self.wanted.build,
-        }
-    }
-
-    /// How the tree that the strip of time and the keys change follows the model.
-    pub fn edited_policy_mut(&mut self) -> &mut Policy {
-        match &mut self.wanted.second {
-            Some(second) if self.layout.edited_tree == TreeSide::B => &mut second.policy,
-            _ => &mut self.wanted.follow.policy,
         }
     }
 
@@ -402,8 +409,7 @@ impl AppState {
     fn is_wanted(&self, accel: &Accel, side: TreeSide) -> bool {
         match (self.wanted.tree_file(side), &accel.file) {
             (None, None) => {
-                let follow =
-                    if accel.scene.moment.is_some() { self.wanted.follow_of(side).normal() } else { Follow::default() };
+                let follow = self.wanted.follow_at(side, accel.scene.moment);
                 accel.settings == *self.wanted.build_of(side) && accel.follow == follow
             }
             (Some(wanted), Some(file)) => file.path == wanted,

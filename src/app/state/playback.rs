@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::app::state::AppState;
 use crate::scene::{Clip, Moment, Motion};
 
 /// Seconds from one frame to the next where the user steps from frame to frame: those of `render --frames`.
@@ -30,68 +29,68 @@ impl Playback {
     pub const SPEEDS: [f32; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
 }
 
-impl AppState {
-    /// The clips of the loaded model; `None` where it stands still.
-    pub fn motion(&self) -> Option<&Arc<Motion>> {
-        self.model.loaded.as_ref()?.motion.as_ref()
-    }
+/// The time of a model that moves, to be changed.
+pub struct Clock<'a> {
+    pub(super) playback: &'a mut Playback,
+    /// The wanted moment; `None` for the pose of the file.
+    pub(super) moment: &'a mut Option<Moment>,
+    pub(super) motion: Arc<Motion>,
+}
 
-    /// The wanted moment with its clip; `None` in the pose of the file.
-    pub fn clip(&self) -> Option<(Moment, &Clip)> {
-        let moment = self.motion()?.within(self.wanted.moment?)?;
-        Some((moment, &self.motion()?.clips[moment.clip]))
+impl Clock<'_> {
+    /// The wanted moment with its clip.
+    fn clip(&self) -> Option<(Moment, &Clip)> {
+        let moment = self.motion.within((*self.moment)?)?;
+        Some((moment, &self.motion.clips[moment.clip]))
     }
 
     /// Shows the model at the beginning of a clip, or for `None` in the pose of its file.
     pub fn choose_clip(&mut self, clip: Option<usize>) {
-        let moment = |clip: usize| Some(Moment { clip, seconds: self.motion()?.clips.get(clip)?.start });
-        self.wanted.moment = clip.and_then(moment);
-        self.model.playback.playing &= self.wanted.moment.is_some();
+        let start = |clip: usize| Some(Moment { clip, seconds: self.motion.clips.get(clip)?.start });
+        *self.moment = clip.and_then(start);
+        self.playback.playing &= self.moment.is_some();
     }
 
     /// Shows the model at this time of its clip, of the first one where none is chosen, and stops playing.
-    pub fn go_to_time(&mut self, seconds: f32) {
-        let clip = self.wanted.moment.map_or(0, |moment| moment.clip);
-        let moment = self.motion().and_then(|motion| motion.within(Moment { clip, seconds }));
-        self.wanted.moment = moment.or(self.wanted.moment);
-        self.model.playback.playing = false;
+    pub fn go_to(&mut self, seconds: f32) {
+        let clip = self.moment.map_or(0, |moment| moment.clip);
+        *self.moment = self.motion.within(Moment { clip, seconds }).or(*self.moment);
+        self.playback.playing = false;
     }
 
     /// Goes to the next frame, or to the one before, and stops playing. Where clips are looped, the first frame follows the last.
-    pub fn step_frame(&mut self, forward: bool) {
+    pub fn step(&mut self, forward: bool) {
         let Some((moment, clip)) = self.clip() else { return self.choose_clip(Some(0)) };
         let (start, end) = (clip.start, clip.end);
         let frame = (moment.seconds - start) / FRAME_SECONDS;
         // The last frame of a clip need not be a whole one.
-        let seconds =
-            start + FRAME_SECONDS * if forward { (frame + 1e-2).floor() + 1.0 } else { (frame - 1e-2).ceil() - 1.0 };
-        let wraps = self.model.playback.looped;
-        let seconds = match (forward, wraps) {
+        let frame = if forward { (frame + 1e-2).floor() + 1.0 } else { (frame - 1e-2).ceil() - 1.0 };
+        let seconds = match (forward, self.playback.looped) {
             (true, true) if moment.seconds >= end => start,
             (false, true) if moment.seconds <= start => end,
-            _ => seconds,
+            _ => start + FRAME_SECONDS * frame,
         };
-        self.go_to_time(seconds);
+        self.go_to(seconds);
     }
 
     /// Plays the clip, the first one where none is chosen, or pauses. At the end it plays from the beginning again.
     pub fn toggle_play(&mut self) {
-        if self.model.playback.playing {
-            self.model.playback.playing = false;
+        if self.playback.playing {
+            self.playback.playing = false;
             return;
         }
         let at_end = self.clip().is_some_and(|(moment, clip)| moment.seconds >= clip.end);
-        if self.wanted.moment.is_none() || at_end {
-            self.choose_clip(Some(self.wanted.moment.map_or(0, |moment| moment.clip)));
+        if self.moment.is_none() || at_end {
+            self.choose_clip(Some(self.moment.map_or(0, |moment| moment.clip)));
         }
-        self.model.playback.playing = self.clip().is_some_and(|(_, clip)| clip.duration() > 0.0);
+        self.playback.playing = self.clip().is_some_and(|(_, clip)| clip.duration() > 0.0);
     }
 
     /// Goes on playing by `seconds` of the viewer. A clip that is not looped ends at its last key.
     pub fn play(&mut self, seconds: f32) {
-        let Playback { playing: true, looped, speed } = self.model.playback else { return };
+        let Playback { playing: true, looped, speed } = *self.playback else { return };
         let Some((moment, clip)) = self.clip().filter(|(_, clip)| clip.duration() > 0.0) else {
-            self.model.playback.playing = false;
+            self.playback.playing = false;
             return;
         };
         let mut next = moment.seconds + seconds * speed;
@@ -99,8 +98,8 @@ impl AppState {
         if ends {
             next = if looped { clip.start + (next - clip.start).rem_euclid(clip.duration()) } else { clip.end };
         }
-        self.wanted.moment = Some(Moment { seconds: next, ..moment });
-        self.model.playback.playing = looped || !ends;
+        *self.moment = Some(Moment { seconds: next, ..moment });
+        self.playback.playing = looped || !ends;
     }
 }
 
@@ -108,80 +107,78 @@ impl AppState {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::app::state::{Preferences, Wanted};
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
 
-    /// The state with the cloth, whose only clip lasts two seconds.
-    fn state() -> AppState {
+    /// The time of the cloth, whose only clip lasts two seconds.
+    fn with_clock(test: impl FnOnce(&mut Clock<'_>)) {
         let source = SceneSource::Builtin { name: "cloth".to_owned(), size: Some(8) };
         let scene = load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap();
-        let mut state = AppState::new(Wanted::new(source), Preferences::default());
-        state.model.loaded = Some(Arc::new(scene));
-        state
+        let motion = scene.motion.unwrap();
+        test(&mut Clock { playback: &mut Playback::default(), moment: &mut None, motion });
     }
 
-    fn seconds(state: &AppState) -> f32 {
-        state.wanted.moment.unwrap().seconds
+    fn seconds(clock: &Clock<'_>) -> f32 {
+        clock.moment.unwrap().seconds
     }
 
     #[test]
     fn a_looped_clip_begins_again_and_another_ends() {
-        let mut state = state();
-        state.play(1.0);
-        assert_eq!(state.wanted.moment, None, "it does not play");
-        state.toggle_play();
-        assert_eq!((state.wanted.moment, state.model.playback.playing), (Some(Moment { clip: 0, seconds: 0.0 }), true));
-        state.play(1.5);
-        state.play(1.0);
-        assert!((seconds(&state) - 0.5).abs() < 1e-6 && state.model.playback.playing);
-        (state.model.playback.looped, state.model.playback.speed) = (false, 2.0);
-        state.play(0.5);
-        assert_eq!((seconds(&state), state.model.playback.playing), (1.5, true));
-        state.play(0.5);
-        assert_eq!((seconds(&state), state.model.playback.playing), (2.0, false));
-        state.toggle_play();
-        assert_eq!((seconds(&state), state.model.playback.playing), (0.0, true), "from the beginning again");
+        with_clock(|clock| {
+            clock.play(1.0);
+            assert_eq!(*clock.moment, None, "it does not play");
+            clock.toggle_play();
+            assert_eq!((*clock.moment, clock.playback.playing), (Some(Moment { clip: 0, seconds: 0.0 }), true));
+            clock.play(1.5);
+            clock.play(1.0);
+            assert!((seconds(clock) - 0.5).abs() < 1e-6 && clock.playback.playing);
+            (clock.playback.looped, clock.playback.speed) = (false, 2.0);
+            clock.play(0.5);
+            assert_eq!((seconds(clock), clock.playback.playing), (1.5, true));
+            clock.play(0.5);
+            assert_eq!((seconds(clock), clock.playback.playing), (2.0, false));
+            clock.toggle_play();
+            assert_eq!((seconds(clock), clock.playback.playing), (0.0, true), "from the beginning again");
+        });
     }
 
     #[test]
     fn steps_visit_each_frame_once_both_ways() {
-        let mut state = state();
-        state.step_frame(true);
-        assert_eq!(seconds(&state), 0.0, "the first one where no clip is chosen");
-        let frames = 50;
-        let mut visited = Vec::new();
-        for frame in 1..=frames {
-            state.step_frame(true);
-            assert!((seconds(&state) - frame as f32 * FRAME_SECONDS).abs() < 1e-5);
-            visited.push(seconds(&state));
-        }
-        assert_eq!(seconds(&state), 2.0);
-        state.step_frame(true);
-        assert_eq!(seconds(&state), 0.0, "the first follows the last");
-        state.step_frame(false);
-        for frame in visited.into_iter().rev() {
-            assert!((seconds(&state) - frame).abs() < 1e-5);
-            state.step_frame(false);
-        }
-        state.model.playback.looped = false;
-        state.go_to_time(0.0);
-        state.step_frame(false);
-        assert_eq!(seconds(&state), 0.0);
-        state.go_to_time(7.0);
-        assert_eq!(seconds(&state), 2.0);
+        with_clock(|clock| {
+            clock.step(true);
+            assert_eq!(seconds(clock), 0.0, "the first one where no clip is chosen");
+            let mut visited = Vec::new();
+            for frame in 1..=50 {
+                clock.step(true);
+                assert!((seconds(clock) - frame as f32 * FRAME_SECONDS).abs() < 1e-5);
+                visited.push(seconds(clock));
+            }
+            assert_eq!(seconds(clock), 2.0);
+            clock.step(true);
+            assert_eq!(seconds(clock), 0.0, "the first follows the last");
+            clock.step(false);
+            for frame in visited.into_iter().rev() {
+                assert!((seconds(clock) - frame).abs() < 1e-5);
+                clock.step(false);
+            }
+            clock.playback.looped = false;
+            clock.go_to(0.0);
+            clock.step(false);
+            assert_eq!(seconds(clock), 0.0);
+            clock.go_to(7.0);
+            assert_eq!(seconds(clock), 2.0);
+        });
     }
 
     #[test]
     fn clips_that_do_not_exist_are_not_chosen() {
-        let mut state = state();
-        state.wanted.moment = Some(Moment { clip: 3, seconds: 1.0 });
-        assert!(state.clip().is_none());
-        state.choose_clip(Some(7));
-        assert_eq!(state.wanted.moment, None);
-        state.model.loaded = None;
-        state.toggle_play();
-        state.step_frame(true);
-        assert!(state.wanted.moment.is_none() && !state.model.playback.playing);
+        with_clock(|clock| {
+            *clock.moment = Some(Moment { clip: 3, seconds: 1.0 });
+            assert!(clock.clip().is_none());
+            clock.toggle_play();
+            assert!(!clock.playback.playing);
+            clock.choose_clip(Some(7));
+            assert_eq!(*clock.moment, None);
+        });
     }
 }

@@ -13,6 +13,7 @@ use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
 use crate::scene::{Moment, SceneSource};
 use crate::section::SectionPlane;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -119,11 +120,20 @@ impl Wanted {
         }
     }
 
-    /// How a tree follows the model.
-    pub fn follow_of(&self, side: TreeSide) -> Follow {
-        match self.second {
-            Some(second) if side == TreeSide::B => Follow { policy: second.policy, ..self.follow },
-            _ => self.follow,
+    /// How a tree gets to `moment`; in the pose of the file, trees follow nothing.
+    pub fn follow_at(&self, side: TreeSide, moment: Option<Moment>) -> Follow {
+        let policy = match self.second {
+            Some(second) if side == TreeSide::B => second.policy,
+            _ => self.follow.policy,
+        };
+        if moment.is_some() { Follow { policy, ..self.follow }.normal() } else { Follow::default() }
+    }
+
+    /// The policy by which a tree follows the model, to change it; that of the first where there is no second.
+    pub fn policy_mut(&mut self, side: TreeSide) -> &mut Policy {
+        match &mut self.second {
+            Some(second) if side == TreeSide::B => &mut second.policy,
+            _ => &mut self.follow.policy,
         }
     }
 

@@ -6,7 +6,7 @@ use egui::Key;
 use crate::app::commands::camera;
 use crate::app::commands::row::{ALT, CTRL, Item, NONE, Row, SHIFT, current, flip, is_presented, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
-use crate::app::state::{AppState, Navigation, Side, Theme, preferences};
+use crate::app::state::{AppState, Clock, Navigation, Side, Theme, preferences};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::render::{Exposure, HeatKind, Shading};
@@ -165,7 +165,7 @@ const TIME: &[Row] = &[
         "Play clip",
         "Play the clip of a model that moves, or pause; each frame gets a tree of its own",
         &[(NONE, Key::Space)],
-        |state, _| state.toggle_play(),
+        |state, _| change_time(state, |clock| clock.toggle_play()),
     )
     .when(moves)
     .switch(|state, _| Some(state.model.playback.playing))
@@ -176,7 +176,7 @@ const TIME: &[Row] = &[
         "Next frame",
         "Go to the next frame of the clip, a 25th of a second later",
         &[(SHIFT, Key::ArrowRight)],
-        |state, _| state.step_frame(true),
+        |state, _| change_time(state, |clock| clock.step(true)),
     )
     .when(moves)
     .repeated()
@@ -187,7 +187,7 @@ const TIME: &[Row] = &[
         "Previous frame",
         "Go to the frame of the clip before, a 25th of a second earlier",
         &[(SHIFT, Key::ArrowLeft)],
-        |state, _| state.step_frame(false),
+        |state, _| change_time(state, |clock| clock.step(false)),
     )
     .when(moves)
     .repeated()
@@ -204,7 +204,7 @@ const TIME: &[Row] = &[
         "Pose of the file",
         "Show a model that moves as its nodes and skins are in the file, without a clip",
         &[],
-        |state, _| state.choose_clip(None),
+        |state, _| change_time(state, |clock| clock.choose_clip(None)),
     )
     .when(moves)
     .switch(|state, _| Some(state.wanted.moment.is_none()))
@@ -380,6 +380,13 @@ pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
         Shading::Heat(HeatKind::WholeRay) => {
             "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
         }
+    }
+}
+
+/// Changes the time of a model that moves.
+fn change_time(state: &mut AppState, change: impl FnOnce(&mut Clock<'_>)) {
+    if let Some(mut clock) = state.clock() {
+        change(&mut clock);
     }
 }
 
