@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn a_jump_gives_the_tree_of_following_frame_by_frame() {
         let token = CancelToken::new();
-        let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(400) };
+        let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(600) };
         let scene = load(&source, &LoadOptions::default(), &token).unwrap();
         let clip = scene.motion.as_ref().unwrap().clips[0].clone();
         let at =

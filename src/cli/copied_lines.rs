@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn the_moment_is_copied_by_both_commands() {
-        let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(200) };
+        let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(600) };
         let scene = load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap();
         let mut state = AppState::new(Wanted::new(source), Preferences::default());
         state.layout.viewport_px = [64, 36];

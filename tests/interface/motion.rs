@@ -268,7 +268,7 @@ fn a_model_that_is_replaced_while_it_plays_goes_on_or_says_why_not() {
 
 /// The view "Motion" over the walker, measured.
 fn measured() -> Window {
-    let mut harness = app_with(builtin("walker", 300), vec2(1100.0, 900.0), true);
+    let mut harness = app_with(builtin("walker", 600), vec2(1100.0, 900.0), true);
     state(&mut harness).wanted.follow.frames = 10;
     press(&mut harness, Modifiers::NONE, Key::T);
     harness

@@ -11,6 +11,7 @@ pub use text::Lesson;
 use std::sync::Arc;
 
 use crate::app::state::model::Presented;
+use crate::app::state::second_tree::TreeSide;
 use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
 
@@ -57,6 +58,8 @@ impl Reading {
         let same = shown.accel.file.is_none()
             && shown.accel.settings == state.wanted.build
             && shown.accel.scene.source == state.wanted.source
+            && shown.accel.scene.moment == state.wanted.moment
+            && shown.accel.follow == state.wanted.follow_at(TreeSide::A, state.wanted.moment)
             && shown.frame.settings.shading == state.wanted.render.shading
             && shown.frame.camera == *camera
             && (state.has_own_view() || state.wanted.camera == *camera);

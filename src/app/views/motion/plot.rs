@@ -170,21 +170,18 @@ fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve]) {
         let count = best.iter().filter(|&&policy| policy == index).count();
         (count > 0).then(|| format!("{} in {count}", curve.policy.label()))
     });
-    let million = format::significant(rays / 1e6);
-    let mut text = format!(
-        "Cheapest with {million} million rays a frame: {} of {} frames",
-        counted.collect::<Vec<_>>().join(", "),
-        best.len()
-    );
+    let counted = counted.collect::<Vec<_>>().join(", ");
     let of = |policy: Policy| drawn.iter().position(|curve| curve.policy == policy).map(|index| &costs[index]);
-    if let (Some(refit), Some(rebuild)) = (of(Policy::Refit), of(Policy::Rebuild)) {
-        text += &match pays_from(refit, rebuild, rays) {
-            Some(frame) => {
-                let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| row.seconds);
-                format!(". Rebuilding pays over refitting from frame {frame} on, at {seconds:.2} s")
-            }
-            None => ". Rebuilding never pays over refitting".to_owned(),
-        };
-    }
+    let pays = of(Policy::Refit).zip(of(Policy::Rebuild)).map(|(refit, rebuild)| pays_from(refit, rebuild, rays));
+    let pays = match pays {
+        Some(Some(frame)) => {
+            let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| row.seconds);
+            format!(". Rebuilding pays over refitting from frame {frame} on, at {seconds:.2} s")
+        }
+        Some(None) => ". Rebuilding never pays over refitting".to_owned(),
+        None => String::new(),
+    };
+    let million = format::significant(rays / 1e6);
+    let text = format!("Cheapest with {million} million rays a frame: {counted} of {} frames{pays}", best.len());
     ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).dim)).wrap());
 }
