@@ -52,6 +52,8 @@ pub struct Follower {
     built: Option<BuiltCosts>,
     /// Of [`Policy::RebuildBehind`]: the tree that is built, and how many frames ago that began.
     behind: Option<(AnyTree, Wide, usize)>,
+    /// A frame was followed. The tree of the first needs none behind it.
+    has_begun: bool,
     preparation: Duration,
 }
 
@@ -113,7 +115,7 @@ impl Follower {
             wide.lanes = Some(wide.lanes(&tree, token)?);
         }
         let preparation = start.elapsed();
-        Ok(Self { policy, settings: *settings, tree, wide, built, behind: None, preparation })
+        Ok(Self { policy, settings: *settings, tree, wide, built, behind: None, has_begun: false, preparation })
     }
 
     /// Grows the containers of a tree that is kept around a frame that will follow. Of other policies nothing.
@@ -175,7 +177,7 @@ impl Follower {
             self.wide.fit(&self.tree, triangles, token)?;
         }
         update.wide_time = start.elapsed();
-        if self.policy == Policy::RebuildBehind && self.behind.is_none() {
+        if self.policy == Policy::RebuildBehind && self.behind.is_none() && self.has_begun {
             let start = Instant::now();
             let tree = build_binary(triangles, &self.settings, token)?.0;
             let mut wide = Wide::new(&tree, triangles, token)?;
@@ -184,6 +186,7 @@ impl Follower {
             update.behind_time = start.elapsed();
             update.built = triangles.len();
         }
+        self.has_begun = true;
         Ok(update)
     }
 

@@ -59,7 +59,7 @@ pub fn build_for_poses<P: AsRef<[Triangle]>>(
         let token = token.part(1, 2);
         match count {
             ..=4 => optimize::<4>(tree, &poses, &token)?,
-            ..=8 => optimize::<8>(tree, &poses, &token)?,
+            5..=8 => optimize::<8>(tree, &poses, &token)?,
             _ => optimize::<MAX_POSES>(tree, &poses, &token)?,
         }
     }
@@ -140,7 +140,7 @@ mod tests {
         for count in [2, 4, 5, 8, 16, 40] {
             let poses: Vec<Vec<Triangle>> = (0..count).map(|pose| passing(pose as f32 / count as f32)).collect();
             let lists: Vec<&[Triangle]> = poses.iter().map(Vec::as_slice).collect();
-            let mean = |tree: AnyTree| summed_cost(tree, &lists, &token).unwrap().0 / count as f64;
+            let mean = |tree: AnyTree| summed_cost(tree, &lists, &token).unwrap().0 / f64::from(count);
             let of_first = mean(build_binary(&poses[0], &settings, &token).unwrap().0);
             let of_all = mean(build_for_poses(&poses, &settings, &token).unwrap());
             assert!(of_all < of_first * 0.9, "{count} poses: {of_all} of {of_first}");

@@ -85,13 +85,14 @@ fn a_tree_behind_takes_over_fitted_after_its_frames() {
     let mut follower = follower(Policy::RebuildBehind, &settings, &frames);
     for (at, triangles) in frames.iter().enumerate() {
         let update = follower.follow(triangles, &token).unwrap();
-        // Built from the frame in which the one before took over; the first from the first frame.
-        let from = at / FRAMES_BEHIND * FRAMES_BEHIND;
-        let mut tree = build_binary(&frames[from.saturating_sub(FRAMES_BEHIND)], &settings, &token).unwrap().0;
+        // The first is that of frame 0; one is begun in frame 1, and then whenever one takes over.
+        let begun = at.saturating_sub(1) / FRAMES_BEHIND * FRAMES_BEHIND + 1;
+        let from = begun.saturating_sub(FRAMES_BEHIND);
+        let mut tree = build_binary(&frames[from], &settings, &token).unwrap().0;
         refit(&mut tree, triangles, &token).unwrap();
         assert!(*follower.tree() == tree, "frame {at}");
-        assert_eq!(update.is_other_tree, at > 0 && at == from, "frame {at}");
-        assert_eq!(update.built > 0, at == from, "a new one is begun in frame {at}");
+        assert_eq!(update.is_other_tree, at == begun && from > 0, "frame {at}");
+        assert_eq!(update.built > 0, at == begun, "a new one is begun in frame {at}");
     }
 }
 

@@ -36,7 +36,9 @@ pub fn animate(
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let Some(motion) = &subject.scene.motion else {
-        return Err(LabError::Refused("the model has no clips of animation, so that it does not move".to_owned()));
+        return Err(LabError::Refused(
+            "the model has no clips of animation, so that it does not move: builtin:walker does".to_owned(),
+        ));
     };
     let clip = motion.choose(plan.clip.as_deref()).map_err(LabError::Refused)?;
     let populations = if view.populations == Populations::NONE {

@@ -22,7 +22,7 @@ const MANY: usize = 40;
 /// Each quantity over the time of the clip, one curve a policy; and the time of a frame with a ray for each pixel.
 pub(super) fn policy_charts(rows: &[Measurement]) -> Vec<Chart> {
     let of_number = QUANTITIES.map(|(number, label)| chart(rows, label, |row| row.values.known(number)));
-    let of_frame = chart(rows, "Time of a frame with a ray for each pixel (ms)", |row| {
+    let of_frame = chart(rows, "Frame with a ray for each pixel (ms)", |row| {
         let rays = f64::from(row.width_px) * f64::from(row.height_px);
         Some(row.values.known(READY_MS)? + row.values.known(RAY_NS)? * rays * 1e-6)
     });
