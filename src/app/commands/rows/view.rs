@@ -165,7 +165,11 @@ const TIME: &[Row] = &[
         "Play clip",
         "Play the clip of a model that moves, or pause; each frame gets a tree of its own",
         &[(NONE, Key::Space)],
-        |state, _| change_time(state, Clock::toggle_play),
+        |state, _| {
+            if let Some(mut clock) = state.clock() {
+                clock.toggle_play();
+            }
+        },
     )
     .when(moves)
     .switch(|state, _| Some(state.model.playback.playing))
