@@ -7,6 +7,7 @@ use super::conditions::{Conditions, ViewConditions};
 use super::measurement::{FrameOfClip, Measurement};
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
+use crate::catalog::numbers::rows::{BEHIND_MS, POPULATION_TESTS_PER_RAY, RAY_NS, UPDATE_MS};
 use crate::catalog::settings::{CURVE, EPSILON, OPTIMIZE, ROUNDS, Stated, THRESHOLD};
 use crate::catalog::values::Values;
 use bvhscope_engine::follow::Policy;
@@ -107,12 +108,12 @@ fn values() -> Values {
         "overlay_bytes": 56_003,
         "speedup": 2.75,
         "trace_speedup": 1.25,
-        "update_ms": 0.75,
-        "behind_ms": 6.5,
-        "ray_ns": 41.25,
-        "population_tests_per_ray": 33.5,
     });
-    serde_json::from_value(values).unwrap()
+    let mut values: Values = serde_json::from_value(values).unwrap();
+    for (number, value) in [(UPDATE_MS, 0.75), (BEHIND_MS, 6.5), (RAY_NS, 41.25), (POPULATION_TESTS_PER_RAY, 33.5)] {
+        values.set(number, value);
+    }
+    values
 }
 
 /// A prediction in which every number is another.

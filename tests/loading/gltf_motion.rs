@@ -82,7 +82,7 @@ fn clips_have_names_and_spans_and_a_single_key_is_one() {
     assert_eq!(found, [("clip 0", 0.5, 2.0), ("clip 1", 4.0, 4.0)]);
     let motion = scene.motion.as_ref().unwrap();
     assert_eq!(
-        ["clip 1", "1", "clip 2", "2", "-1"].map(|name| motion.find(name)),
+        ["clip 1", "1", "clip 2", "2", "-1"].map(|name| motion.choose(Some(name)).ok()),
         [Some(1), Some(1), None, None, None]
     );
     // Without a clip, the model is as its nodes say; a clip without duration shows its pose all the same.
