@@ -4,7 +4,7 @@ mod plot;
 
 use std::sync::Arc;
 
-use egui::{self, Align, Key, Layout, RichText, Slider, Ui, WidgetInfo};
+use egui::{self, Align, Key, Layout, RichText, Sense, Slider, Ui, WidgetInfo, vec2};
 
 use crate::accel::{Accel, Follow};
 use crate::app::state::AppState;
@@ -113,7 +113,9 @@ fn legend(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
             let hidden = &mut state.lab.motion.hidden;
             let on = !hidden.contains(policy);
             let color = if on { plot::color(ui, *policy) } else { theme::palette(ui).dim.gamma_multiply(0.6) };
-            let text = RichText::new(format!("● {}", policy.label())).color(color);
+            let (dot, _) = ui.allocate_exact_size(vec2(8.0, theme::ROW_HEIGHT), Sense::hover());
+            ui.painter().circle_filled(dot.center(), 4.0, color);
+            let text = RichText::new(policy.label()).color(color);
             let response = ui.add(egui::Button::new(text).frame(false));
             response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, on, policy.label()));
             let verb = if on { "hides" } else { "shows" };

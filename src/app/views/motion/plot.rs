@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
     let (rect, response) = ui.allocate_exact_size(size.max(vec2(160.0, 60.0)), Sense::click());
     let label = quantity.label();
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {label} over the clip")));
-    let heading = format!("{label} · lowest ●, highest ○ of each policy");
+    let heading = format!("{label} · of each policy, lowest filled, highest ringed");
     let lettering = Lettering { heading: &heading, across: "Time of the clip (s)", ..Lettering::default() };
     let axes = Axes::paint(ui, rect, [across, up], &lettering);
     now(ui, state, &axes, rect);
