@@ -100,13 +100,17 @@ fn draw(ui: &Ui, axes: &Axes, points: &[[f64; 2]], color: Color32, is_chosen: bo
     }
 }
 
-/// The curve and its point nearest to the pointer.
+/// The curve nearest above or below the pointer, and its point of the frame there.
 fn nearest(axes: &Axes, points: &[Vec<[f64; 2]>], at: Pos2) -> Option<(usize, usize)> {
-    let all = points.iter().enumerate().flat_map(|(curve, points)| {
-        points.iter().enumerate().map(move |(point, &values)| (curve, point, axes.at(values).distance(at)))
-    });
-    let found = all.min_by(|a, b| a.2.total_cmp(&b.2));
-    found.filter(|(.., distance)| *distance <= REACH).map(|(curve, point, _)| (curve, point))
+    let of_curve = |(curve, points): (usize, &Vec<[f64; 2]>)| {
+        let places = points.iter().map(|&values| axes.at(values)).enumerate();
+        let across = |place: Pos2| (place.x - at.x).abs();
+        let (point, place) = places.min_by(|a, b| across(a.1).total_cmp(&across(b.1)))?;
+        Some((curve, point, (place.y - at.y).abs()))
+    };
+    let found = points.iter().enumerate().filter_map(of_curve).min_by(|a, b| a.2.total_cmp(&b.2));
+    let found = found.filter(|(.., distance)| *distance <= REACH && axes.plot.expand(REACH).contains(at));
+    found.map(|(curve, point, _)| (curve, point))
 }
 
 /// Shows the model in a frame, with its tree by the policy.
