@@ -2,6 +2,8 @@
 //! request.
 
 mod file_tree;
+mod follow;
+pub mod followed;
 mod read;
 mod reading;
 
@@ -28,6 +30,7 @@ use crate::catalog::reading::Times;
 use crate::scene::Scene;
 
 pub use file_tree::FileTree;
+pub use follow::Follow;
 
 /// Number of triangles sampled for the end-point overlap of a large scene.
 pub const EPO_SAMPLES: usize = 2_000;
@@ -72,6 +75,10 @@ pub struct Accel {
     pub report: BuildReport,
     /// The file that the tree comes from; `None` for a tree that was built here.
     pub file: Option<FileTree>,
+    /// How the tree of a moment was made; normal for all others.
+    pub follow: Follow,
+    /// Surface area of each node when it was built, where the tree has kept its nodes since.
+    built_areas: Option<Arc<Vec<f32>>>,
     wide: OnceLock<WideBvh>,
     /// Locked by the thread that makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
@@ -197,6 +204,8 @@ impl Accel {
             tree,
             report,
             file: None,
+            follow: Follow::default(),
+            built_areas: None,
             wide: OnceLock::new(),
             widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
@@ -208,6 +217,16 @@ impl Accel {
             regrets: OnceLock::new(),
             recycler,
         }
+    }
+
+    /// Whether the tree follows a model that moves, and was built at another moment.
+    pub fn is_followed(&self) -> bool {
+        self.follow != Follow::default()
+    }
+
+    /// Surface area of each node when it was built; `None` of a tree that was built as it is, or has other nodes since.
+    pub fn built_areas(&self) -> Option<&[f32]> {
+        self.built_areas.as_deref().map(Vec::as_slice)
     }
 
     /// The wide tree, made on the first request. Threads that request it at the same time each make it: call [`Accel::widen`]

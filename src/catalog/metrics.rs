@@ -26,6 +26,8 @@ pub struct NodeReading<'a> {
     pub visits: Option<&'a Visits>,
     /// Savings from rebuilding subtrees, where they are known.
     pub regrets: Option<&'a Regrets>,
+    /// Surface areas of its nodes when they were built, where it was kept or fitted since.
+    pub built_areas: Option<&'a [f32]>,
 }
 
 impl NodeReading<'_> {
@@ -113,9 +115,10 @@ impl<'de> Deserialize<'de> for &'static Metric {
 }
 
 /// All metrics, in the order of menus.
-pub const METRICS: [&Metric; 9] = [REGRET, GAIN, COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO, AREA, PRIMITIVES, DEPTH];
+pub const METRICS: [&Metric; 10] =
+    [REGRET, GAIN, COST, OVERLAP, EMPTY_SPACE, GROWTH, VISIT_RATIO, AREA, PRIMITIVES, DEPTH];
 /// The metrics by which a node can be bad.
-pub const RANKED: [&Metric; 5] = [REGRET, COST, OVERLAP, EMPTY_SPACE, VISIT_RATIO];
+pub const RANKED: [&Metric; 6] = [REGRET, COST, OVERLAP, EMPTY_SPACE, GROWTH, VISIT_RATIO];
 
 /// Contribution of the node to the SAH cost of the tree, 0 to 1; see [`node_metrics::sah_share`].
 pub const COST: &Metric = &Metric {
@@ -130,6 +133,22 @@ pub const COST: &Metric = &Metric {
     is_logarithmic: true,
     ends: Ends::Fitting,
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::sah_share(tree, node, nodes.stats))),
+};
+
+/// Surface area of the node over that when it was built, in a tree that follows a model that moves and keeps its nodes.
+pub const GROWTH: &Metric = &Metric {
+    key: "growth",
+    label: "Area growth",
+    meaning: "Surface area of the node now over that when the tree was built: where motion hurts. Known of trees that are kept or fitted \
+              while the model moves",
+    term: None,
+    form: Form::Ratio,
+    get: |nodes, node| {
+        let built = *nodes.built_areas?.get(node as usize)?;
+        let now = with_tree!(nodes.tree, tree => tree.area(node));
+        (built > 0.0).then(|| now / built)
+    },
+    ..*COST
 };
 
 /// Saving from rebuilding the node where that is most of its cost, 0 to 1; see [`Regrets::regret`].

@@ -4,6 +4,8 @@
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
+    use std::sync::Arc;
+
     use clap::Parser as _;
 
     use super::super::args::{Cli, CommandArgs};
@@ -12,7 +14,9 @@ mod tests {
     use crate::app::state::{AppState, CompareView, Preferences, SecondTree, Wanted};
     use crate::catalog::settings::{SETTINGS, Value};
     use crate::headless::diff::DiffTree;
-    use crate::scene::SceneSource;
+    use crate::headless::{MomentChoice, Times};
+    use crate::scene::{LoadOptions, Moment, SceneSource, load};
+    use bvhscope_engine::cancel::CancelToken;
     use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
     use bvhscope_engine::tree::ContainerKind;
 
@@ -53,6 +57,27 @@ mod tests {
                 (view, other) => panic!("{view:?}: {line} is {other:?}"),
             }
         }
+    }
+
+    #[test]
+    fn the_moment_is_copied_by_both_commands() {
+        let source = SceneSource::Builtin { name: "walker".to_owned(), size: Some(600) };
+        let scene = load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap();
+        let mut state = AppState::new(Wanted::new(source), Preferences::default());
+        state.layout.viewport_px = [64, 36];
+        state.model.loaded = Some(Arc::new(scene));
+        let clip = state.motion().unwrap().clips.len() - 1;
+        let moment = MomentChoice {
+            times: Some(Times::At(0.25)),
+            clip: (clip > 0).then(|| state.motion().unwrap().clips[clip].name.clone()),
+        };
+        state.wanted.moment = Some(Moment { clip, seconds: 0.25 });
+        let parsed = |state: &AppState| Cli::try_parse_from(shell_words(&command_line(state))).unwrap().command;
+        let Some(CommandArgs::Render(args)) = parsed(&state) else { panic!("one tree is rendered") };
+        assert_eq!(resolve::render(args).unwrap().moments, moment);
+        state.wanted.second = Some(SecondTree::new(state.wanted.build));
+        let Some(CommandArgs::Diff(args)) = parsed(&state) else { panic!("two trees are compared") };
+        assert_eq!(resolve::diff(args).moments, moment);
     }
 
     /// The words of a command line as a shell splits them, with single quotes only.

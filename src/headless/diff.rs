@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::legend;
 use super::measure::{TraceChoice, of_job};
+use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
 use super::tree_origin::note_faults;
@@ -46,6 +47,8 @@ pub enum DiffTree {
 pub struct DiffCommand {
     /// The model.
     pub source: SceneSource,
+    /// The moment of a model that moves.
+    pub moments: MomentChoice,
     /// A and B.
     pub trees: [DiffTree; 2],
     /// Number of threads for building and tracing.
@@ -94,7 +97,7 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     read.add_read(files);
     read.add_standard_streams();
     check(command, &read)?;
-    let scene = context.load(&command.source)?;
+    let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     if let Some(path) = &command.output {

@@ -1,7 +1,10 @@
 //! Moments of a model that moves, as a command names them.
 
-use super::context::Failure;
+use std::sync::Arc;
+
+use super::context::{Failure, in_pool};
 use crate::scene::{Moment, Scene};
+use bvhscope_engine::cancel::CancelToken;
 
 /// Most frames of a film.
 const MAX_FRAMES: f32 = 10_000.0;
@@ -64,6 +67,14 @@ impl MomentChoice {
         match self.times {
             Some(Times::Range(_, step)) => Some(step),
             _ => None,
+        }
+    }
+
+    /// `scene` at the first chosen moment; as it is where none is chosen.
+    pub(super) fn first(&self, scene: Arc<Scene>, token: &CancelToken) -> Result<Arc<Scene>, Failure> {
+        match self.of(&scene)?.first() {
+            Some(&moment) => Ok(Arc::new(in_pool(|| scene.at(moment, token))?)),
+            None => Ok(scene),
         }
     }
 

@@ -108,16 +108,13 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_outputs(command, &read)?;
-    let moments = command.moments.of(&scene)?;
     if let Some(step) = command.moments.step() {
+        let moments = command.moments.of(&scene)?;
         let (token, out) = (&context.token, &mut *context.out);
         return in_pool(|| film(command, &scene, &moments, step, &read, out, token));
     }
     let token = &context.token;
-    let scene = match moments.first() {
-        Some(&moment) => Arc::new(in_pool(|| scene.at(moment, token))?),
-        None => scene,
-    };
+    let scene = command.moments.first(scene, token)?;
     let (accel, picture, frame) = in_pool(|| trace(command, &scene, &Progress::new("Building", token), token))?;
     token.check()?;
     let has_faults = note_faults(&accel);

@@ -24,6 +24,7 @@ impl NodeValues<'_> {
             ancestry: self.accel.known_ancestry(),
             visits: self.visits,
             regrets: self.accel.known_regrets(),
+            built_areas: self.accel.built_areas(),
         }
     }
 

@@ -22,7 +22,7 @@ pub struct OverlayNode {
     pub flags: u32,
     /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
-    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret; 1 where only one
+    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1 where only one
     /// of two trees has the node, else 0.
     pub value: f32,
 }

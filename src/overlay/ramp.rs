@@ -66,7 +66,7 @@ pub(super) fn position(node: &OverlayNode, color_by: ColorBy, [low, high]: [f32;
     let value = match color_by {
         ColorBy::Depth => (node.depth as f32).sqrt(),
         ColorBy::Size => node.area_share.max(1e-12).log2(),
-        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival => node.value,
+        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival | ColorBy::Growth => node.value,
         ColorBy::Primitives => (node.primitives.max(1) as f32).log2(),
     };
     ((value - low) / (high - low)).clamp(0.0, 1.0)
@@ -104,6 +104,13 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> L
             let ends = [low, high].map(|value| (value, percent_text(percent(value))));
             let title = if settings.color_by == ColorBy::Size { "Area over the root's" } else { "Regret" };
             Legend { title, stops: thinned(stops, ends, [low, high]), drawn: None }
+        }
+        ColorBy::Growth => {
+            let powers = (-8..=16).map(|exponent| exponent as f32);
+            let text = |value: f32| format!("{} ×", short_ratio(value.exp2()));
+            let ends = [low, high].map(|value| (value, text(value)));
+            let stops = powers.map(|value| (value, text(value)));
+            Legend { title: "Area over that when built", stops: thinned(stops, ends, [low, high]), drawn: None }
         }
         ColorBy::Overlap => {
             let stops = [0, 25, 50, 75, 100].map(|percent| (percent as f32 / 100.0, format!("{percent} %")));
@@ -146,6 +153,12 @@ fn percent_text(percent: f32) -> String {
     let text = format!("{percent:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     format!("{text} %")
+}
+
+/// A ratio with up to two decimals.
+fn short_ratio(ratio: f32) -> String {
+    let text = format!("{ratio:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A count in few characters: 1, 10, 100, 1k, 10k, 100k, 1M.

@@ -20,12 +20,15 @@ pub enum ColorBy {
     Regret = 4,
     /// Whether another tree has a node of the same triangles.
     Survival = 5,
+    /// Surface area now over that when the tree was built, logarithmic.
+    Growth = 6,
 }
 
 impl ColorBy {
     /// All quantities, in the order of menus.
-    pub const ALL: [Self; 6] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Survival];
-    /// Those that need no other tree.
+    pub const ALL: [Self; 7] =
+        [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Survival, Self::Growth];
+    /// Those that need neither another tree nor another moment.
     pub const OF_ONE_TREE: [Self; 5] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret];
 
     /// The name on the command line.
@@ -37,6 +40,7 @@ impl ColorBy {
             Self::Primitives => "primitives",
             Self::Regret => "regret",
             Self::Survival => "survival",
+            Self::Growth => "growth",
         }
     }
 
@@ -49,6 +53,7 @@ impl ColorBy {
             Self::Primitives => "Primitives",
             Self::Regret => "Regret",
             Self::Survival => "Survival",
+            Self::Growth => "Growth",
         }
     }
 }

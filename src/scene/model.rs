@@ -121,6 +121,17 @@ impl Scene {
         }
     }
 
+    /// Whether both are one model, at whatever moments: the same triangles in number and order.
+    pub fn is_same_model(self: &Arc<Self>, other: &Arc<Self>) -> bool {
+        let motions = self.motion.as_ref().zip(other.motion.as_ref());
+        Arc::ptr_eq(self, other) || motions.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
+    }
+
+    /// Whether both are one model at the same moment, so that their triangles are equal.
+    pub fn is_same_pose(self: &Arc<Self>, other: &Arc<Self>) -> bool {
+        self.is_same_model(other) && self.moment == other.moment
+    }
+
     /// The model at `moment`, a clip of which it has: its triangles and normals there, in the calling thread's rayon pool. Cameras frame
     /// its reach during the whole clip, so that they stand still.
     ///

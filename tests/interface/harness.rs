@@ -19,13 +19,18 @@ pub fn app() -> Window {
 
 /// The same with a window size in points.
 pub fn app_of_size(size: Vec2) -> Window {
-    let mut wanted = Wanted::new(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) });
+    app_with(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) }, size, true)
+}
+
+/// The app on any model. With `waits` each frame waits until everything is fresh.
+pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
+    let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
     let mut harness = Harness::builder()
         .with_size(size)
         .with_max_steps(40)
         .wgpu()
-        .build_eframe(|context| App::new_for_test(context, wanted, true).unwrap());
+        .build_eframe(move |context| App::new_for_test(context, wanted, waits).unwrap());
     // The greeting would cover the viewport.
     harness.state_mut().state.preferences.greeted = true;
     harness.state_mut().state.preferences.toured = true;

@@ -18,6 +18,7 @@ mod dock;
 mod interaction;
 mod jobs;
 mod merges;
+mod motion;
 mod nodes;
 mod panels;
 mod plots;

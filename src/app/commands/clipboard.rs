@@ -10,7 +10,7 @@ use crate::app::format;
 use crate::app::state::{AppState, Presented, Request, Severity, SharedNodes, SharedState};
 use crate::catalog::numbers::{Digits, NUMBERS, Number, Section};
 use crate::catalog::settings::used;
-use crate::scene::SceneSource;
+use crate::scene::{Moment, SceneSource};
 use crate::view::NamedView;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -82,6 +82,9 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
     if own_view {
         state.wanted.camera = before.camera;
     }
+    if is_open {
+        state.wanted.moment = state.clip().map(|(moment, _)| moment);
+    }
     match (is_open, own_view) {
         (true, true) => camera::reset(state, NamedView::Default),
         (true, false) => {}
@@ -90,6 +93,7 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
             state.activity.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
         }
     }
+    state.model.playback.playing = false;
     state.preferences.show_geometry = show_geometry;
     state.preferences.show_containers = show_containers;
     state.preferences.dock.open = dock;
@@ -111,6 +115,10 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         let _ = writeln!(text, "{name}\t{value}");
     };
     line("Model", scene.source.to_string());
+    if let (Some(Moment { clip, seconds }), Some(motion)) = (scene.moment, &scene.motion) {
+        line("Clip", motion.clips[clip].name.clone());
+        line("Time", format!("{seconds} s"));
+    }
     line("Triangles", format::count(scene.triangles.len() as u64));
     for (name, value) in used(settings) {
         line(name, value);

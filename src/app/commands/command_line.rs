@@ -63,6 +63,15 @@ impl Line {
         self.flag("--traversal", (traversal == Traversal::Paper).then(|| traversal.name().to_owned()));
     }
 
+    /// The moment of a model that moves. A clip is named where its name means it, else it is numbered.
+    fn moment(&mut self, state: &AppState) {
+        let (Some((moment, clip)), Some(motion)) = (state.clip(), state.motion()) else { return };
+        let is_name = !clip.name.starts_with(['-', ' ']) && motion.choose(Some(&clip.name)) == Ok(moment.clip);
+        let name = if is_name { quote(&clip.name) } else { moment.clip.to_string() };
+        self.flag("--clip", (motion.clips.len() > 1).then_some(name));
+        self.flag("--time", moment.seconds.to_string());
+    }
+
     /// The flags that both commands end with.
     fn end(mut self, state: &AppState) -> String {
         self.switch("--orthographic", state.wanted.camera.projection == Projection::Orthographic);
@@ -81,6 +90,7 @@ fn diff_line(state: &AppState) -> String {
         line.flag(name, quote(&file.unwrap_or_else(|| settings_text(state.wanted.build_of(side)))));
     }
     line.threads_and_size(state);
+    line.moment(state);
     line.traversal(render.traversal);
     line.camera(camera);
     line.end(state)
@@ -106,6 +116,7 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
             .for_each(|(key, value)| line.flag(&format!("--{key}"), value)),
     }
     line.threads_and_size(state);
+    line.moment(state);
     line.camera(camera);
     picture_flags(render, &mut line);
     let Selection { hidden, isolated, .. } = &state.selection.nodes;

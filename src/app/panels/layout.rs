@@ -2,7 +2,7 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::{depth_bar, dialogs, dock, job_strip, menu, over, side};
+use super::{depth_bar, dialogs, dock, job_strip, menu, over, side, time_strip};
 use crate::app::state::{AppState, Side};
 use crate::app::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
 use crate::app::{commands, theme, views};
@@ -25,6 +25,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
     restore_sections(&ctx, &state.preferences.sections);
     commands::handle_shortcuts(&ctx, state);
     views::play(ui, state);
+    time_strip::play(ui, state);
     top(ui, state);
     bottom(ui, state);
     left(ui, state);
@@ -101,13 +102,17 @@ fn right(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// From the bottom upwards: job strip, depth bar, dock.
+/// From the bottom upwards: job strip, depth bar, time strip of a model that moves, dock.
 fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
     let frame = panel_frame(Margin::symmetric(12, 4));
     let bar = Panel::bottom("depth bar").frame(frame).show(ui, |ui| depth_bar::show(ui, state));
     note_place(ui.ctx(), "Depth bar", bar.response.rect);
+    if let Some(motion) = state.motion().cloned() {
+        let strip = Panel::bottom("time strip").frame(frame).show(ui, |ui| time_strip::show(ui, state, &motion));
+        note_place(ui.ctx(), "Time strip", strip.response.rect);
+    }
     dock::show(ui, state);
 }
 
@@ -134,7 +139,7 @@ fn open_dialogs(ctx: &egui::Context, state: &mut AppState) {
     dialogs::start_page::show(ctx, state);
     dialogs::help::show(ctx, state);
     dialogs::help::about(ctx, state);
-    dialogs::message_log::show(ctx, state);
+    dialogs::help::messages(ctx, state);
     dialogs::palette::show(ctx, state);
     dialogs::palette::show_go_to(ctx, state);
 }

@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | `layout` | places everything below around the viewport; start here |
 //! | `side` | sections of the side panels: statistics, selection, settings |
-//! | `menu`, `depth_bar`, `job_strip` | the bars across the window |
+//! | `menu`, `depth_bar`, `time_strip`, `job_strip` | the bars across the window |
 //! | `dock` | the laboratory: one strip of tabs above the depth bar, one open view |
 //! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
 //! | `dialogs` | command palette, start page, help, message log, about |
@@ -19,5 +19,6 @@ mod job_strip;
 mod menu;
 mod over;
 mod side;
+mod time_strip;
 
 pub use layout::around;

@@ -82,7 +82,7 @@ impl App {
         wanted.source = source;
         // The trees of the last run belong to its model.
         if !(options.restore && same_model) {
-            wanted.tree_files = [options.tree_file, None];
+            (wanted.tree_files, wanted.moment) = ([options.tree_file, None], None);
         }
         let mut preferences = restored.preferences.unwrap_or_default();
         options.overrides.apply(&mut wanted, &mut preferences);
@@ -212,9 +212,11 @@ impl App {
     /// Polls the workers that start once the rails are idle.
     fn poll_idle_workers(&mut self) {
         let idle = !self.reconciler.is_busy();
+        // While a model plays, the rails never rest, and the open view follows all the same.
+        let studied = idle || self.state.model.playback.playing;
         self.measure_worker.poll(&mut self.state, idle);
         self.derived_worker.request_missing(&self.state, idle);
-        self.studies.follow(&mut self.state, idle);
+        self.studies.follow(&mut self.state, studied);
         if let Some(worker) = &mut self.thumbnail_worker {
             worker.poll(&mut self.state, idle);
         }
@@ -224,6 +226,7 @@ impl App {
     fn note_input(&mut self, ctx: &egui::Context) {
         let rest = &mut self.state.lab.at_rest;
         rest.is_disturbed = ctx.input(|input| !input.events.is_empty() || input.pointer.any_down());
+        rest.is_disturbed |= self.state.model.playback.playing;
         if rest.is_disturbed && !rest.is_off {
             ctx.request_repaint_after(REST_DELAY);
         }

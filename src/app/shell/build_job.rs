@@ -5,20 +5,22 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::{Accel, BuildSession};
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, BuildSession, Follow};
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::state::HiddenNodes;
 use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
-use crate::render::RenderSettings;
 use crate::render::cluster_cut::ClusterCut;
-use crate::scene::{LoadError, Scene};
+use crate::render::{Adaptation, RenderSettings};
+use crate::scene::{LoadError, Moment, Scene};
 use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Delay after a tree is delivered, so that its first frame is shown, and the end of a drag noticed, before background work
@@ -31,8 +33,12 @@ const CANCEL_POLL: Duration = Duration::from_millis(5);
 /// The inputs of a tree.
 #[derive(Clone)]
 pub(crate) struct BuildKey {
-    /// The scene, compared by identity.
+    /// A scene of the model, compared by model: it is moved where its moment is another.
     pub scene: Arc<Scene>,
+    /// The moment of a model that moves.
+    pub moment: Option<Moment>,
+    /// How the tree of a moment follows the model, unless a file holds it.
+    pub follow: Follow,
     /// How the tree is built, unless a file holds it.
     pub settings: BuildSettings,
     /// The file that holds the tree.
@@ -46,23 +52,54 @@ pub(crate) struct BuildKey {
 impl PartialEq for BuildKey {
     fn eq(&self, other: &Self) -> bool {
         let same_tree = match (&self.file, &other.file) {
-            (None, None) => self.settings == other.settings,
+            (None, None) => self.settings == other.settings && self.follow == other.follow,
             (file, of_other) => file == of_other && self.revision == other.revision,
         };
-        Arc::ptr_eq(&self.scene, &other.scene) && same_tree && self.threads == other.threads
+        self.scene.is_same_model(&other.scene)
+            && self.moment == other.moment
+            && same_tree
+            && self.threads == other.threads
     }
 }
 
 impl BuildKey {
     /// Builds the tree, or reads it.
-    fn tree(&self, session: &mut BuildSession, token: &CancelToken) -> Result<Accel, BuildError> {
-        let Some(path) = &self.file else {
-            return Accel::build_with_session(&self.scene, &self.settings, Some(session), token);
-        };
-        Accel::read(&self.scene, path, token).map_err(|error| match &error {
-            LoadError::Cancelled(cancelled) => BuildError::Cancelled(*cancelled),
-            LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
-        })
+    fn tree(&self, sessions: &mut Sessions, token: &CancelToken) -> Result<Accel, BuildError> {
+        let scene = self.moved(token).map_err(refused)?;
+        match &self.file {
+            None if self.follow.policy != Policy::Rebuild => {
+                sessions.build = BuildSession::default();
+                Accel::follow(&scene, &self.settings, self.follow, &mut sessions.follow, token)
+            }
+            None => {
+                sessions.follow = FollowSession::default();
+                Accel::build_with_session(&scene, &self.settings, Some(&mut sessions.build), token)
+            }
+            Some(path) => Accel::read(&scene, path, token).map_err(refused),
+        }
+    }
+
+    /// The scene at the moment.
+    fn moved(&self, token: &CancelToken) -> Result<Arc<Scene>, LoadError> {
+        match self.moment.filter(|_| self.scene.moment != self.moment) {
+            Some(moment) => self.scene.at(moment, token).map(Arc::new),
+            None => Ok(Arc::clone(&self.scene)),
+        }
+    }
+}
+
+/// Results of earlier builds for the next.
+#[derive(Default)]
+struct Sessions {
+    build: BuildSession,
+    follow: FollowSession,
+}
+
+/// Why there is no tree where there is no scene, or no file.
+fn refused(error: LoadError) -> BuildError {
+    match error {
+        LoadError::Cancelled(cancelled) => BuildError::Cancelled(cancelled),
+        LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
     }
 }
 
@@ -89,6 +126,8 @@ pub(crate) struct FirstView {
     pub size_px: [u32; 2],
     /// Number of pixels along each side that share a ray.
     pub coarseness: f32,
+    /// How the exposure follows that of the picture on the screen; `None` for that of the view.
+    pub adaptation: Option<Adaptation>,
     /// The nodes whose triangles are left out.
     pub hidden: HiddenNodes,
     /// The cut whose nodes cluster colours show.
@@ -99,10 +138,10 @@ impl FirstView {
     /// Traces this view of `accel`, whose overlay table is `table`.
     fn trace(mut self, accel: &Arc<Accel>, table: &NodeTable, token: &CancelToken) -> Result<Rendered, Cancelled> {
         let hidden = hidden_triangles(accel, table, &mut self.hidden);
-        let Self { camera, settings, size_px, coarseness, clusters, .. } = self;
+        let Self { camera, settings, size_px, coarseness, adaptation, clusters, .. } = self;
         let accel = Arc::clone(accel);
         let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second: None, difference: false };
-        let frame = Arc::new(key.trace(coarseness, None, false, token, &|_| {})?);
+        let frame = Arc::new(key.trace(coarseness, adaptation, false, token, &|_| {})?);
         Ok(Rendered { key, frame, second: None, difference: None, complete: [false; 2], last: false })
     }
 }
@@ -144,12 +183,12 @@ pub(crate) struct Built {
 /// Starts the worker that builds trees; `wake` is called from its thread after each result. After a tree is delivered the
 /// worker collapses it into the wide tree and computes what panels and clicks need, unless another tree is requested.
 pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Worker<BuildJob, Built>> {
-    let (pool, session) = (WorkerPool::default(), RefCell::new(BuildSession::default()));
+    let (pool, session) = (WorkerPool::default(), RefCell::new(Sessions::default()));
     Worker::new("build", wake, move |job: BuildJob, token: &CancelToken, deliver: &(dyn Fn(Built) + Sync)| {
         let BuildJob { key, view, overlay, moving } = job;
         let (threads, start) = (key.threads, Instant::now());
         let mut session = session.borrow_mut();
-        let session: &mut BuildSession = &mut session;
+        let session: &mut Sessions = &mut session;
         let file = key.file.as_deref().and_then(WatchedFile::of);
         let result = pool.run("build", threads, || {
             let accel = Arc::new(key.tree(session, token)?);
@@ -183,7 +222,7 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
                 wait_for_first_frame(token);
                 if !token.is_cancelled() {
                     // No other build has followed, so the buffers for reuse are freed.
-                    *session = BuildSession::default();
+                    session.build = BuildSession::default();
                     // Where it is cancelled, the derived worker computes what is needed.
                     let _ = pool
                         .run("build", threads, || accel.compute_derived(token).and_then(|()| table.list(None, token)));

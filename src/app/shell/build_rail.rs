@@ -57,12 +57,12 @@ impl BuildRail {
             return Ok(());
         }
         let refusal = match key.file {
-            None => key.settings.refusal(key.scene.triangles.len()),
+            None => key.follow.policy.refusal(&key.settings, key.scene.triangles.len()),
             Some(_) => None,
         };
         if let Some(current) = self.latest.key() {
-            let same_scene = Arc::ptr_eq(&current.scene, &key.scene);
-            if current == key || (moving && same_scene) {
+            let same_model = current.scene.is_same_model(&key.scene);
+            if current == key || (moving && same_model) {
                 if self.latest.newest() != Some(key) && refusal.is_none() {
                     self.latest.queue(key.clone(), job, now);
                 }
@@ -86,8 +86,8 @@ impl BuildRail {
         };
         newest.is_some_and(|(accel, threads)| {
             let file = accel.file.as_ref().map(|file| file.path.clone());
-            let (scene, revision) = (Arc::clone(&accel.scene), self.read_revision);
-            *key == BuildKey { scene, settings: accel.settings, file, revision, threads }
+            let (scene, moment, revision) = (Arc::clone(&accel.scene), accel.scene.moment, self.read_revision);
+            *key == BuildKey { scene, moment, follow: accel.follow, settings: accel.settings, file, revision, threads }
         })
     }
 
@@ -182,6 +182,7 @@ mod tests {
     use bvhscope_engine::settings::BuildSettings;
 
     use super::*;
+    use crate::accel::Follow;
     use crate::app::shell::build_job::BuildJob;
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
@@ -215,7 +216,15 @@ mod tests {
         let request = |rail: &mut BuildRail| {
             let (scene, file) = (Arc::clone(&scene), Some(path.clone()));
             let settings = BuildSettings::default();
-            let key = BuildKey { scene, settings, file, revision: rail.revision(), threads: 0 };
+            let key = BuildKey {
+                scene,
+                moment: None,
+                follow: Follow::default(),
+                settings,
+                file,
+                revision: rail.revision(),
+                threads: 0,
+            };
             rail.request(BuildJob { key, view: None, overlay: None, moving: false }, None, Instant::now()).unwrap();
         };
         request(&mut rail);

@@ -45,8 +45,8 @@ impl DerivedWorker {
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, mut wanted) = (&presented.table, state.wanted.overlay);
-        if wanted.color_by == ColorBy::Regret {
-            // A study of its own finds it, which takes longer.
+        if matches!(wanted.color_by, ColorBy::Regret | ColorBy::Growth) {
+            // A study of its own finds regrets, which takes longer; growth is known or is not.
             wanted.color_by = ColorBy::Depth;
         }
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);

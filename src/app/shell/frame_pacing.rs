@@ -117,15 +117,16 @@ impl Motion {
         let wanted = &state.wanted;
         let clusters = state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel));
         let same = self.last.as_ref().is_some_and(|last| {
-            let second = |wanted: &Wanted| wanted.second.map(|second| second.build);
+            let second = |wanted: &Wanted| wanted.second.map(|second| (second.build, second.policy));
             last.camera == wanted.camera
+                && (last.moment, last.follow) == (wanted.moment, wanted.follow)
                 && last.build == wanted.build
                 && last.tree_files == wanted.tree_files
                 && second(last) == second(wanted)
                 && last.render == wanted.render
                 && self.clusters == clusters
         });
-        if !same {
+        if !same || state.model.playback.playing {
             if self.last.is_some() {
                 self.changed_at = Some(now);
             }

@@ -55,6 +55,8 @@ pub(crate) struct LoadRail {
     first_camera: Option<CameraChoice>,
     /// The camera of the newest loaded scene until that is presented.
     next_camera: Option<Camera>,
+    /// The model on the screen as it was loaded, until the newest one is presented.
+    before: Option<Arc<Scene>>,
 }
 
 impl LoadRail {
@@ -69,6 +71,7 @@ impl LoadRail {
             keep_camera: false,
             first_camera: None,
             next_camera: None,
+            before: None,
         })
     }
 
@@ -164,7 +167,13 @@ impl LoadRail {
         }
         self.loaded = Some(key);
         self.file = file;
-        drop_in_background(state.model.loaded.replace(scene));
+        adopt_moment(&scene, state);
+        let old = state.model.loaded.replace(scene);
+        if self.before.is_none() {
+            self.before = old;
+        } else {
+            drop_in_background(old);
+        }
     }
 
     fn report_failure(&mut self, key: LoadKey, error: &LoadError, state: &mut AppState) {
@@ -194,11 +203,15 @@ impl LoadRail {
             state.wanted.source = scene.source.clone();
             state.model.load_options.scene = self.loaded.as_ref().and_then(|key| key.scene);
             self.generation = self.loaded.as_ref().map_or(self.generation, |key| key.generation);
+            let shown = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
+            state.wanted.moment = shown.filter(|shown| shown.is_same_model(scene)).and_then(|shown| shown.moment);
         }
     }
 
-    /// Returns to `scene`, which was loaded before the newest one, and wants it.
-    pub(crate) fn return_to(&mut self, scene: &Scene, state: &mut AppState) {
+    /// Returns to the model of `scene`, which was loaded before the newest one, and wants it.
+    pub(crate) fn return_to(&mut self, scene: &Arc<Scene>, state: &mut AppState) {
+        let before = self.before.take().filter(|before| before.is_same_model(scene));
+        drop_in_background(state.model.loaded.replace(before.unwrap_or_else(|| Arc::clone(scene))));
         state.wanted.source = scene.source.clone();
         state.model.load_options.scene = (scene.scene_names.len() > 1).then_some(scene.shown_scene);
         let scene = state.model.load_options.scene;
@@ -224,6 +237,7 @@ impl LoadRail {
 
     /// Forgets the camera of [`LoadRail::next_camera`], because its scene is presented. Returns whether there was one.
     pub(crate) fn take_next_camera(&mut self) -> bool {
+        drop_in_background(self.before.take());
         self.next_camera.take().is_some()
     }
 
@@ -240,6 +254,17 @@ impl LoadRail {
     /// The job in flight, for the job strip.
     pub(crate) fn status(&self) -> Option<JobStatus> {
         self.latest.status(format!("Loading {}", self.latest.key()?.source.label()))
+    }
+}
+
+/// Keeps the wanted moment where the model has its clip.
+fn adopt_moment(scene: &Scene, state: &mut AppState) {
+    let wanted = state.wanted.moment;
+    state.wanted.moment = scene.motion.as_ref().zip(wanted).and_then(|(motion, wanted)| motion.within(wanted));
+    if wanted.is_some() && state.wanted.moment.is_none() {
+        state.model.playback.playing = false;
+        let text = "The model has no such clip: it is shown in the pose of its file";
+        state.messages.notify(Severity::Warning, text);
     }
 }
 

@@ -34,5 +34,4 @@ pub(crate) mod file_watch;
 pub(crate) mod requests;
 pub mod system;
 pub(crate) mod thumbnails;
-mod tree_files;
 pub(crate) mod wake_signal;

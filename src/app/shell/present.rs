@@ -11,7 +11,7 @@ use crate::lab::diff::DifferenceMap;
 use crate::render::Frame;
 
 /// Presents `tree` with its picture. `hides` states whether that leaves triangles out. Selected and hidden nodes move to the
-/// corresponding nodes of the new tree, or are cleared with a new scene. Returns whether the scene is a new one.
+/// corresponding nodes of the new tree, or are cleared with a new model. Returns whether the model is a new one.
 pub(crate) fn present_tree(
     tree: BuiltTree,
     frame: &Arc<Frame>,
@@ -20,6 +20,7 @@ pub(crate) fn present_tree(
     state: &mut AppState,
 ) -> bool {
     let old_scene = state.model.presented.as_ref().map(|presented| Arc::clone(&presented.accel.scene));
+    let same_model = old_scene.as_ref().is_some_and(|scene| scene.is_same_model(&tree.accel.scene));
     let same_scene = old_scene.is_some_and(|scene| Arc::ptr_eq(&scene, &tree.accel.scene));
     let selected = picking::portable_selection(state);
     state.record_hidden();
@@ -32,7 +33,7 @@ pub(crate) fn present_tree(
     let presented = Presented::new(tree.accel, tree.table, Arc::clone(frame), hides, frame_id, tree.threads);
     let old = state.model.presented.replace(Presented { before, ..presented });
     drop_in_background(old);
-    if same_scene {
+    if same_model {
         picking::restore_selection(state, selected);
         state.restore_hidden();
     } else {
@@ -44,7 +45,7 @@ pub(crate) fn present_tree(
         let section = &mut state.wanted.render.section;
         *section = section.filter(|plane| bounds.is_some_and(|bounds| !plane.outline(&bounds).is_empty()));
     }
-    !same_scene
+    !same_model
 }
 
 /// Replaces the picture of the presented tree by `frame`, which was traced through the same tree. `hides` states whether it

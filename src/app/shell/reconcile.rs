@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::are_same;
+use crate::accel::{Follow, are_same};
 use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, FirstView, hidden_triangles};
 use crate::app::shell::build_rail::BuildRail;
 use crate::app::shell::file_watch::WatchedFile;
@@ -78,7 +78,8 @@ impl Reconciler {
         if state.wanted.source == source {
             self.load.reload();
         } else {
-            state.wanted.tree_files = [None, None];
+            (state.wanted.tree_files, state.wanted.moment) = ([None, None], None);
+            state.model.playback.playing = false;
         }
         self.load.allow_retry();
         self.render.allow_retry();
@@ -96,7 +97,11 @@ impl Reconciler {
         if self.load.cancel(state) {
             state.messages.notify(Severity::Info, "Loading cancelled");
         }
-        if self.build.stop() {
+        let was_waiting = self.awaits_second(state);
+        if self.build.stop() || was_waiting {
+            if was_waiting {
+                self.build.discard_pending();
+            }
             self.revert_build(state);
             let remains = if state.model.presented.is_some() { ": the tree on the screen stays" } else { "" };
             state.messages.notify(Severity::Info, format!("Building cancelled{remains}"));
@@ -143,6 +148,11 @@ impl Reconciler {
         }
     }
 
+    /// Whether the pending first tree waits for a second one of the same moment.
+    fn awaits_second(&self, state: &AppState) -> bool {
+        self.build.pending().is_some_and(|pending| self.second.is_awaited(&pending.accel, state))
+    }
+
     fn oldest_request(&self) -> Option<Instant> {
         [self.load.since(), self.build.since(), self.second.since(), self.render.since()].into_iter().flatten().min()
     }
@@ -176,8 +186,11 @@ impl Reconciler {
         self.load.request(&state.wanted.source, state.model.load_options.scene, now);
         self.request_tree(state, moving, now);
         // The first tree comes first: both are built on the same cores.
-        if (!self.build.is_busy() || state.wanted.second.is_none()) && self.second.request(state, moving, now) {
-            self.render.forget_second();
+        if !self.build.is_busy() || state.wanted.second.is_none() {
+            let pending = self.build.pending().map(|tree| &tree.accel);
+            if self.second.request(state, pending, moving, now) {
+                self.render.forget_second();
+            }
         }
         self.request_picture(state, moving, now);
         state.activity.load = self.load.status();
@@ -200,9 +213,14 @@ impl Reconciler {
         if presented.is_none() && self.build.pending().is_none() && self.load.has_refused_loaded() {
             return;
         }
+        if self.awaits_second(state) {
+            return;
+        }
         let size_px = state.layout.viewport_px;
-        // A tree of the presented scene comes with its first picture, so that both are presented in the same UI frame.
-        let is_on_screen = presented.is_some_and(|presented| Arc::ptr_eq(&presented.accel.scene, &scene));
+        // A tree of the presented model comes with its first picture, so that both are presented in the same UI frame.
+        let shown = presented.map(|presented| &presented.accel.scene).filter(|shown| shown.is_same_model(&scene));
+        let is_on_screen = shown.is_some();
+        let moment = scene.motion.as_ref().zip(state.wanted.moment).and_then(|(motion, moment)| motion.within(moment));
         // While there are two trees, both are traced in the same passes instead.
         let is_alone = is_on_screen && state.wanted.second.is_none();
         let coarseness = self.render.first_coarseness(size_px).filter(|_| is_alone && !size_px.contains(&0));
@@ -211,6 +229,7 @@ impl Reconciler {
             settings: state.wanted.render,
             size_px,
             coarseness,
+            adaptation: self.render.adaptation_at(&scene, moment, &state.wanted.camera, &state.wanted.render),
             hidden: nodes_to_leave_out(state),
             clusters: state.cluster_cut(None),
         });
@@ -218,18 +237,20 @@ impl Reconciler {
         let file = state.wanted.tree_file(TreeSide::A).map(Path::to_path_buf);
         let (revision, threads) = (self.build.revision(), state.wanted.threads);
         let mut settings = state.wanted.build;
-        if !is_on_screen {
-            // Annealing takes minutes: a new model is seen with its tree as it is before that.
+        if !is_on_screen || state.model.playback.playing {
+            // Annealing takes minutes: a new model is seen with its tree as it is before that, and so is one that plays.
             settings.optimize = settings.optimize.without(Pass::Anneal);
         }
-        let key = BuildKey { scene, settings, file, revision, threads };
+        let scene = shown.filter(|shown| shown.moment == moment).map_or(scene.clone(), Arc::clone);
+        let follow = state.wanted.follow_at(TreeSide::A, moment);
+        let key = BuildKey { scene, moment, follow, settings, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }
     }
 
     fn request_picture(&mut self, state: &AppState, moving: bool, now: Instant) {
-        let pending = self.build.pending();
+        let pending = self.build.pending().filter(|_| !self.awaits_second(state));
         let accel = match (pending, &state.model.presented) {
             (Some(pending), _) => Arc::clone(&pending.accel),
             (None, Some(presented)) => Arc::clone(&presented.accel),
@@ -257,7 +278,7 @@ impl Reconciler {
     fn take_tree(&mut self, built: Built, state: &mut AppState, now: Instant) {
         match built.result {
             Ok(tree) => {
-                let is_loaded = state.model.loaded.as_ref().is_some_and(|scene| Arc::ptr_eq(scene, &built.key.scene));
+                let is_loaded = state.model.loaded.as_ref().is_some_and(|scene| scene.is_same_model(&built.key.scene));
                 let fits = |rendered: &Rendered| {
                     let (key, wanted) = (&rendered.key, &state.wanted);
                     key.camera == wanted.camera
@@ -332,8 +353,8 @@ impl Reconciler {
             tree.accel.tree.node_count(),
             self.build.note_presented(now).as_millis()
         );
-        let is_new_scene = present_tree(tree, frame, hides, self.render.next_frame_id(), state);
-        if is_new_scene {
+        let is_new_model = present_tree(tree, frame, hides, self.render.next_frame_id(), state);
+        if is_new_model {
             self.render.reset_pacing();
             if self.load.take_next_camera() {
                 state.wanted.camera = frame.camera;
@@ -346,7 +367,7 @@ impl Reconciler {
     fn refuse_tree(&mut self, reason: &str, state: &mut AppState) {
         let shown = state.model.presented.as_ref().zip(state.model.loaded.as_ref());
         if state.wanted.tree_file(TreeSide::A).is_some() {
-            let is_shown = shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene));
+            let is_shown = shown.is_some_and(|(presented, scene)| presented.accel.scene.is_same_model(scene));
             let remains = if is_shown { "The present tree stays" } else { "AAC builds one instead" };
             state.messages.notify(Severity::Error, format!("{reason}. {remains}"));
             if is_shown {
@@ -354,7 +375,7 @@ impl Reconciler {
             } else {
                 state.wanted.set_tree_file(TreeSide::A, None);
             }
-        } else if shown.is_some_and(|(presented, scene)| Arc::ptr_eq(&presented.accel.scene, scene)) {
+        } else if shown.is_some_and(|(presented, scene)| presented.accel.scene.is_same_model(scene)) {
             let text = format!("This tree cannot be built: {reason}. The present tree stays");
             state.messages.notify(Severity::Warning, text);
             self.revert_build(state);
@@ -362,6 +383,7 @@ impl Reconciler {
             let text = format!("This tree cannot be built: {reason}. AAC builds it instead");
             state.messages.notify(Severity::Warning, text);
             state.wanted.build = BuildSettings { container: state.wanted.build.container, ..BuildSettings::default() };
+            (state.wanted.moment, state.wanted.follow) = (None, Follow::default());
         }
     }
 
@@ -379,10 +401,14 @@ impl Reconciler {
         }
         state.wanted.set_tree_file(TreeSide::A, file);
         state.wanted.threads = presented.threads;
-        if state.model.loaded.as_ref().is_none_or(|loaded| !Arc::ptr_eq(loaded, &scene)) {
-            self.load.return_to(&scene, state);
+        state.wanted.moment = scene.moment;
+        if scene.moment.is_some() {
+            state.wanted.follow.policy = presented.accel.follow.policy;
+        }
+        state.model.playback.playing = false;
+        if state.model.loaded.as_ref().is_none_or(|loaded| !loaded.is_same_model(&scene)) {
             self.build.discard_pending();
-            state.model.loaded = Some(scene);
+            self.load.return_to(&scene, state);
         }
     }
 }
@@ -390,8 +416,11 @@ impl Reconciler {
 /// The triangles that will be hidden in `tree` once it is presented, if the picture leaves them out.
 fn hidden_in(tree: &BuiltTree, state: &AppState) -> Option<Arc<TriangleSet>> {
     let presented = state.model.presented.as_ref()?;
-    let same_scene = Arc::ptr_eq(&presented.accel.scene, &tree.accel.scene);
-    if same_scene { hidden_triangles(&tree.accel, &tree.table, &mut nodes_to_leave_out(state)) } else { None }
+    if presented.accel.scene.is_same_model(&tree.accel.scene) {
+        hidden_triangles(&tree.accel, &tree.table, &mut nodes_to_leave_out(state))
+    } else {
+        None
+    }
 }
 
 /// The hidden nodes, if the picture leaves their triangles out.

@@ -8,7 +8,9 @@ use crate::app::shell::present::drop_in_background;
 use crate::app::shell::render_job::{RenderJob, RenderKey, Rendered, start_worker};
 use crate::app::state::{JobStatus, MessageLog};
 use crate::app::studies::latest::{Latest, Polled, report_panic};
-use crate::render::{Adaptation, Frame, Metered};
+use crate::camera::Camera;
+use crate::render::{Adaptation, Frame, Metered, RenderSettings};
+use crate::scene::{Moment, Scene};
 
 /// Lower limit of the coarseness until the wide tree is built: few enough rays for the binary tree.
 const COARSENESS_BEFORE_WIDE: f32 = 3.0;
@@ -51,12 +53,24 @@ impl ShownPictures {
 
     /// How the exposure of a picture of `key` follows that of this one; `None` where it need not.
     fn adaptation(&self, key: &RenderKey) -> Option<Adaptation> {
-        let (old, new) = (&self.key, key);
-        if !Arc::ptr_eq(&old.accel.scene, &new.accel.scene) || old.settings != new.settings {
+        let scene = &key.accel.scene;
+        self.adaptation_at(scene, scene.moment, &key.camera, &key.settings)
+    }
+
+    fn adaptation_at(
+        &self,
+        model: &Arc<Scene>,
+        moment: Option<Moment>,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Option<Adaptation> {
+        let old = &self.key;
+        if !old.accel.scene.is_same_model(model) || old.settings != *settings {
             return None;
         }
         let [moving, resting] = ADAPTATION;
-        let time_constant = if old.camera == new.camera { resting } else { moving };
+        let is_still = old.camera == *camera && old.accel.scene.moment == moment;
+        let time_constant = if is_still { resting } else { moving };
         let fraction = 1.0 - (-self.interval.div_duration_f32(time_constant)).exp();
         Some(Adaptation { from: self.metered, fraction })
     }
@@ -101,6 +115,19 @@ impl RenderRail {
     /// Coarseness of the first picture of a tree without a wide one; `None` where pictures are never coarse.
     pub(crate) fn first_coarseness(&self, size_px: [u32; 2]) -> Option<f32> {
         (!self.full_resolution).then(|| self.pacing.coarseness(size_px).max(COARSENESS_BEFORE_WIDE))
+    }
+
+    /// How the exposure of the first picture of `model` at another moment follows that of the picture on the screen; `None` where it
+    /// need not.
+    pub(crate) fn adaptation_at(
+        &self,
+        model: &Arc<Scene>,
+        moment: Option<Moment>,
+        camera: &Camera,
+        settings: &RenderSettings,
+    ) -> Option<Adaptation> {
+        let shown = self.shown.as_ref().filter(|shown| shown.key.accel.scene.moment != moment)?;
+        shown.adaptation_at(model, moment, camera, settings)
     }
 
     /// Requests a picture unless it is shown, in flight or refused. While the settings are `moving`, and until the exposure is

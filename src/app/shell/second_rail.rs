@@ -45,9 +45,15 @@ impl SecondRail {
         }
     }
 
-    /// Requests the wanted second tree of the presented scene, or lets go of the one that is no longer wanted. Returns whether it
-    /// did the latter.
-    pub(crate) fn request(&mut self, state: &mut AppState, moving: bool, now: Instant) -> bool {
+    /// Requests the wanted second tree of the scene of the newest first tree: `pending`, or else the presented one. Lets go of one that
+    /// is no longer wanted; returns whether it did.
+    pub(crate) fn request(
+        &mut self,
+        state: &mut AppState,
+        pending: Option<&Arc<Accel>>,
+        moving: bool,
+        now: Instant,
+    ) -> bool {
         let Some(second) = state.wanted.second else {
             let gone = self.build.is_some();
             if let Some(mut build) = self.build.take() {
@@ -58,11 +64,12 @@ impl SecondRail {
             return gone;
         };
         let Some(presented) = &state.model.presented else { return false };
-        let scene = Arc::clone(&presented.accel.scene);
-        // A new scene shows its first tree first.
-        if state.model.loaded.as_ref().is_none_or(|loaded| !Arc::ptr_eq(loaded, &scene)) {
+        // A new model shows its first tree first.
+        if state.model.loaded.as_ref().is_none_or(|loaded| !loaded.is_same_model(&presented.accel.scene)) {
             return false;
         }
+        let newest = pending.filter(|pending| pending.scene.is_same_model(&presented.accel.scene));
+        let scene = Arc::clone(&newest.unwrap_or(&presented.accel).scene);
         let build = match &mut self.build {
             Some(build) => build,
             none => {
@@ -79,7 +86,9 @@ impl SecondRail {
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::B).map(Path::to_path_buf);
         let (revision, threads) = (build.revision(), state.wanted.threads);
-        let key = BuildKey { scene, settings: second.build, file, revision, threads };
+        let moment = scene.moment;
+        let follow = state.wanted.follow_at(TreeSide::B, moment);
+        let key = BuildKey { scene, moment, follow, settings: second.build, file, revision, threads };
         let job = BuildJob { key, view: None, overlay, moving };
         if let Err(reason) = build.request(job, state.model.second.as_ref(), now) {
             refuse(&reason, state);
@@ -92,7 +101,16 @@ impl SecondRail {
         state.wanted.second?;
         let pending = self.build.as_ref().and_then(BuildRail::pending).map(|tree| &tree.accel);
         let newest = pending.or_else(|| state.model.second.as_ref().map(|shown| &shown.accel))?;
-        Arc::ptr_eq(&newest.scene, &first.scene).then(|| Arc::clone(newest))
+        newest.scene.is_same_pose(&first.scene).then(|| Arc::clone(newest))
+    }
+
+    /// Whether the first tree `pending` waits for a second one, so that both show a new moment of the model together.
+    pub(crate) fn is_awaited(&self, pending: &Arc<Accel>, state: &AppState) -> bool {
+        let is_moved = state.model.presented.as_ref().is_some_and(|shown| {
+            let scene = &shown.accel.scene;
+            scene.is_same_model(&pending.scene) && !scene.is_same_pose(&pending.scene)
+        });
+        is_moved && state.wanted.second.is_some() && self.newest(pending, state).is_none()
     }
 
     /// Takes the pending tree if it is `accel`.
@@ -142,7 +160,7 @@ impl SecondRail {
 
 /// Reports why the second tree cannot be built. The one on the screen stays; where there is none, it is given up.
 fn refuse(reason: &str, state: &mut AppState) {
-    let remains = if state.model.second.is_some() { "its present tree stays" } else { "it is removed" };
+    let remains = if kept_tree(state).is_some() { "its present tree stays" } else { "it is removed" };
     let text = match state.wanted.tree_file(TreeSide::B) {
         Some(_) => format!("Tree B cannot be read, and {remains}: {reason}"),
         None => format!("Tree B cannot be built, and {remains}: {reason}"),
@@ -151,13 +169,20 @@ fn refuse(reason: &str, state: &mut AppState) {
     revert(state);
 }
 
+/// The tree on the screen, unless the model has moved on.
+fn kept_tree(state: &AppState) -> Option<Arc<Accel>> {
+    let shown = state.model.second.as_ref().map(|shown| &shown.accel)?;
+    (shown.scene.moment == state.wanted.moment).then(|| Arc::clone(shown))
+}
+
 /// Sets the wanted second tree to the one on the screen; none where there is none.
 fn revert(state: &mut AppState) {
-    let shown = state.model.second.as_ref().map(|shown| Arc::clone(&shown.accel));
+    let shown = kept_tree(state);
     let file = shown.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.clone());
     state.wanted.second = state.wanted.second.zip(shown).map(|(mut second, accel)| {
         if accel.file.is_none() {
             second.build = accel.settings;
+            second.policy = if accel.scene.moment.is_some() { accel.follow.policy } else { second.policy };
         }
         second
     });

@@ -79,6 +79,14 @@ pub enum Action {
     ZoomIn,
     /// Zoom out from the point under the pointer.
     ZoomOut,
+    /// Play the clip of a model that moves, or pause.
+    PlayClip,
+    /// Go to the next frame of the clip, or to the one before where the flag is not set.
+    StepFrame(bool),
+    /// Begin again after the end of the clip, or stop there.
+    LoopClip,
+    /// Show a model that moves in the pose of its file.
+    FilePose,
     /// Show or hide the containers.
     ToggleContainers,
     /// Show or hide the traced picture.

@@ -9,6 +9,7 @@ pub mod lab;
 mod layout;
 pub mod lesson;
 mod model;
+mod playback;
 mod second_tree;
 mod selection;
 mod shared_lab;
@@ -21,11 +22,11 @@ mod start_page;
 mod undo;
 
 pub use action::Request;
-pub use activity::{Activity, JobStatus, PROGRESS_DELAY};
-pub use activity::{Message, MessageLog, Severity};
+pub use activity::{Activity, JobStatus, Message, MessageLog, PROGRESS_DELAY, Severity};
 pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
+pub use playback::{Clock, FRAME_SECONDS, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
@@ -45,7 +46,7 @@ use crate::lab::ray::RayRequest;
 use crate::overlay::ColorBy;
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
-use crate::scene::Scene;
+use crate::scene::{Clip, Moment, Motion, Scene};
 use crate::visibility::TriangleSet;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
@@ -94,6 +95,23 @@ impl AppState {
             preferences,
             undo: UndoStack::default(),
         }
+    }
+
+    /// The clips of the loaded model; `None` where it stands still.
+    pub fn motion(&self) -> Option<&Arc<Motion>> {
+        self.model.loaded.as_ref()?.motion.as_ref()
+    }
+
+    /// The wanted moment with its clip; `None` in the pose of the file.
+    pub fn clip(&self) -> Option<(Moment, &Clip)> {
+        let moment = self.motion()?.within(self.wanted.moment?)?;
+        Some((moment, &self.motion()?.clips[moment.clip]))
+    }
+
+    /// The time of the loaded model, to be changed; `None` where it stands still.
+    pub fn clock(&mut self) -> Option<Clock<'_>> {
+        let motion = Arc::clone(self.motion()?);
+        Some(Clock { playback: &mut self.model.playback, moment: &mut self.wanted.moment, motion })
     }
 
     /// Ends the tour, which does not come back by itself.
@@ -264,7 +282,8 @@ impl AppState {
     pub fn follow_shared_nodes(&mut self) {
         let Some(shown) = &self.model.presented else { return };
         let accel = &shown.accel;
-        if !self.is_wanted(accel, TreeSide::A) || accel.scene.source != self.wanted.source {
+        let is_there = accel.scene.source == self.wanted.source && accel.scene.moment == self.wanted.moment;
+        if !is_there || !self.is_wanted(accel, TreeSide::A) {
             return;
         }
         let Some(nodes) = self.selection.pasted.take() else { return };
@@ -389,7 +408,10 @@ impl AppState {
     /// Whether a tree is the wanted one.
     fn is_wanted(&self, accel: &Accel, side: TreeSide) -> bool {
         match (self.wanted.tree_file(side), &accel.file) {
-            (None, None) => accel.settings == *self.wanted.build_of(side),
+            (None, None) => {
+                let follow = self.wanted.follow_at(side, accel.scene.moment);
+                accel.settings == *self.wanted.build_of(side) && accel.follow == follow
+            }
             (Some(wanted), Some(file)) => file.path == wanted,
             _ => false,
         }

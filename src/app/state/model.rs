@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
+use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
 use crate::catalog::numbers::Number;
 use crate::catalog::reading::{TraceReading, TreeReading};
@@ -101,6 +102,8 @@ pub struct Model {
     pub up_override: Option<(SceneSource, Vec3)>,
     /// The file of the scene no longer exists.
     pub file_missing: bool,
+    /// How the time of a model that moves goes on.
+    pub playback: Playback,
     /// The options that models are loaded with.
     pub load_options: LoadOptions,
     /// Model and counts that the fixed range of the heat map was fitted to.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 
 /// One of the two trees.
@@ -76,6 +77,9 @@ impl CompareView {
 pub struct SecondTree {
     /// How it is built; everything else is shared with the first tree.
     pub build: BuildSettings,
+    /// How it follows a model that moves.
+    #[serde(default = "SecondTree::rebuilt")]
+    pub policy: Policy,
     /// View of the two in the viewport.
     #[serde(default)]
     pub view: CompareView,
@@ -93,7 +97,11 @@ impl SecondTree {
 
     /// A second tree with the settings of the first, in the split view.
     pub const fn new(build: BuildSettings) -> Self {
-        Self { build, view: CompareView::Split, seam: 0.5, only_common: false }
+        Self { build, policy: Policy::Rebuild, view: CompareView::Split, seam: 0.5, only_common: false }
+    }
+
+    const fn rebuilt() -> Policy {
+        Policy::Rebuild
     }
 
     const fn middle() -> f32 {

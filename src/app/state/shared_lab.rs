@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::app::state::lab::{
-    LabState, RaySource, SharedCurve, SharedIcicle, SharedMerges, SharedPlots, SharedRayView,
+    LabState, RaySource, SharedCurve, SharedIcicle, SharedMerges, SharedMotion, SharedPlots, SharedRayView,
 };
 use crate::camera::Camera;
 use crate::lab::node_ranking::NodeOrder;
@@ -37,6 +37,9 @@ pub struct SharedLab {
     pub nodes: NodeOrder,
     /// The view "Plots".
     pub plots: SharedPlots,
+    /// The view "Motion".
+    #[serde(default)]
+    pub motion: SharedMotion,
     /// The curve over the picture.
     pub curve: SharedCurve,
 }
@@ -88,7 +91,7 @@ impl LabState {
     pub fn shared(&self) -> SharedLab {
         #[rustfmt::skip]
         let Self {
-            population, ray: view, nodes, icicle, plots, merges, curve,
+            population, ray: view, nodes, icicle, plots, merges, motion, curve,
             // Its unfolded nodes are shared with the selected and hidden ones.
             outline: _, at_rest: _,
             // Derived from the tree.
@@ -114,6 +117,7 @@ impl LabState {
             ray_view: view.shared(),
             nodes: nodes.shared(),
             plots: plots.shared(),
+            motion: motion.shared(),
             curve: curve.shared(),
         }
     }
@@ -122,7 +126,7 @@ impl LabState {
     pub fn show_shared(&mut self, shared: SharedLab) {
         #[rustfmt::skip]
         let SharedLab {
-            population, ray, merge_order, clusters_left, cut, merges, icicle, ray_view, nodes, plots, curve,
+            population, ray, merge_order, clusters_left, cut, merges, icicle, ray_view, nodes, plots, motion, curve,
         } = shared;
         self.population = population;
         (self.merges.order, self.merges.left, self.merges.playing) = (merge_order, clusters_left, None);
@@ -131,6 +135,7 @@ impl LabState {
         self.icicle.show_shared(icicle);
         self.nodes.show_shared(nodes);
         self.plots.show_shared(plots);
+        self.motion.show_shared(motion);
         self.curve.show_shared(curve);
         self.ray.source = ray.as_ref().and_then(SharedRay::source);
         self.ray.restart();
@@ -146,10 +151,11 @@ impl LabState {
 mod tests {
     use super::*;
     use crate::app::state::lab::merges::{CutKind, MergePage, MergesState};
-    use crate::app::state::lab::{PlotKind, TreeQuality, TreeSet};
+    use crate::app::state::lab::{MotionQuantity, PlotKind, TreeQuality, TreeSet};
     use crate::app::state::paper::Experiment;
     use crate::catalog::metrics;
     use crate::lab::icicle::IcicleWidth;
+    use bvhscope_engine::follow::Policy;
     use bvhscope_engine::tree::traverse::Traversal;
     use serde_json::Value;
 
@@ -170,6 +176,8 @@ mod tests {
         let plots = &mut lab.plots;
         (plots.kind, plots.quality) = (PlotKind::Speed, TreeQuality::Epo);
         plots.set = TreeSet::Measured(Experiment::Builders);
+        let motion = &mut lab.motion;
+        (motion.quantity, motion.hidden, motion.rays) = (MotionQuantity::Epo, vec![Policy::Keep], 2e5);
         (lab.curve.shown, lab.curve.level) = (true, 7);
         lab
     }

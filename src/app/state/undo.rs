@@ -1,5 +1,5 @@
-//! Undo and redo of settings and hidden nodes. Camera moves, which have a history of their own, and the choice of a model are not
-//! undone.
+//! Undo and redo of settings and hidden nodes. Camera moves, which have a history of their own, the choice of a model and its moment
+//! are not undone.
 //!
 //! `egui::util::undoer` does not serve here: it begins a step once nothing has changed for a second, where one drag is one step; and
 //! its steps cannot be edited, where the nodes that are hidden in them belong to the model on the screen.
@@ -103,9 +103,11 @@ impl UndoStack {
     }
 
     fn adopt(&mut self, step: Snapshot, wanted: &mut Wanted, selection: &mut SelectionState) {
+        let moment = step.wanted.moment;
         let before = std::mem::replace(wanted, step.over(wanted));
         // Nodes have the same numbers only in the same tree.
-        let is_same_tree = before.build == wanted.build && before.tree_files == wanted.tree_files;
+        let is_same_tree =
+            before.build == wanted.build && before.tree_files == wanted.tree_files && before.moment == moment;
         if is_same_tree && selection.hidden != step.hidden {
             selection.choose(step.chosen);
         }
@@ -181,6 +183,7 @@ impl Snapshot {
     fn over(&self, now: &Wanted) -> Wanted {
         Wanted {
             source: now.source.clone(),
+            moment: now.moment,
             camera: now.camera,
             render: RenderSettings { background: now.render.background, ..self.wanted.render },
             ..self.wanted.clone()

@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::accel::Follow;
 use crate::app::state::second_tree::{CompareView, SecondTree, TreeSide};
 use crate::camera::Camera;
 use crate::catalog::settings;
 use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
-use crate::scene::SceneSource;
+use crate::scene::{Moment, SceneSource};
 use crate::section::SectionPlane;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -21,6 +23,12 @@ use bvhscope_engine::tree::traverse::Traversal;
 pub struct Wanted {
     /// The model.
     pub source: SceneSource,
+    /// The moment of a model that moves; `None` for the pose of the file, without any clip.
+    #[serde(default)]
+    pub moment: Option<Moment>,
+    /// How the tree follows the model from moment to moment.
+    #[serde(default)]
+    pub follow: Follow,
     /// How its tree is built.
     pub build: BuildSettings,
     /// Number of threads for building and tracing; 0 for all.
@@ -44,6 +52,8 @@ impl Wanted {
     pub fn new(source: SceneSource) -> Self {
         Self {
             source,
+            moment: None,
+            follow: Follow::default(),
             build: BuildSettings::default(),
             threads: 0,
             camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
@@ -63,6 +73,10 @@ impl Wanted {
         });
         for build in std::iter::once(&mut self.build).chain(second) {
             settings::limit(build);
+        }
+        self.moment = self.moment.filter(|moment| moment.seconds.is_finite());
+        if !Follow::FRAMES.contains(&self.follow.frames) {
+            self.follow.frames = Follow::default().frames;
         }
         self.threads = self.threads.min(1024);
         self.render.samples = self.render.samples.clamp(1, 1024);
@@ -106,12 +120,31 @@ impl Wanted {
         }
     }
 
-    /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`.
+    /// How a tree gets to `moment`; in the pose of the file, trees follow nothing.
+    pub fn follow_at(&self, side: TreeSide, moment: Option<Moment>) -> Follow {
+        let policy = match self.second {
+            Some(second) if side == TreeSide::B => second.policy,
+            _ => self.follow.policy,
+        };
+        if moment.is_some() { Follow { policy, ..self.follow }.normal() } else { Follow::default() }
+    }
+
+    /// The policy by which a tree follows the model, to change it; that of the first where there is no second.
+    pub fn policy_mut(&mut self, side: TreeSide) -> &mut Policy {
+        match &mut self.second {
+            Some(second) if side == TreeSide::B => &mut second.policy,
+            _ => &mut self.follow.policy,
+        }
+    }
+
+    /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`, or the moment:
+    /// the tree of a file is of one pose.
     pub fn build_what_was_changed(&mut self, before: &Self) {
         for side in TreeSide::ALL {
             let same_file = self.tree_file(side).is_some() && self.tree_file(side) == before.tree_file(side);
             let was_there = side == TreeSide::A || self.second.is_some() && before.second.is_some();
-            if same_file && was_there && self.build_of(side) != before.build_of(side) {
+            let changed = self.build_of(side) != before.build_of(side) || self.moment != before.moment;
+            if same_file && was_there && changed {
                 self.set_tree_file(side, None);
             }
         }

@@ -5,6 +5,7 @@ mod parts;
 
 mod icicle;
 mod merges;
+mod motion;
 mod nodes;
 mod paper;
 mod plots;
@@ -18,7 +19,8 @@ use crate::lab::population::ViewRays;
 use crate::overlay::ColorBy;
 
 /// The views, in the order of their tabs.
-pub(crate) static VIEWS: [View; 6] = [merges::VIEW, icicle::VIEW, ray::VIEW, nodes::VIEW, plots::VIEW, paper::VIEW];
+pub(crate) static VIEWS: [View; 7] =
+    [merges::VIEW, icicle::VIEW, ray::VIEW, nodes::VIEW, plots::VIEW, paper::VIEW, motion::VIEW];
 
 /// The open view.
 pub(crate) fn open_view(state: &AppState) -> Option<&'static View> {

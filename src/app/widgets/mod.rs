@@ -11,7 +11,9 @@ mod tip;
 
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{Header, empty_view, more, panel_frame, restore_sections, scroll, section, sections};
-pub(crate) use row::{check, chip, combo, explained_combo, note_place, place_of, plain_drop_down, row};
+pub(crate) use row::{
+    check, chip, combo, explained_combo, note_place, place_of, plain_drop_down, refusable_drop_down, row,
+};
 pub(crate) use slider::{SliderSpec, slider};
 pub(crate) use statistic::{Statistic, copies, statistic, tip_with_hint, value_text};
 pub(crate) use tip::{Tip, hush, note_panel};

@@ -107,6 +107,18 @@ pub(crate) fn plain_drop_down<T: Copy + PartialEq>(
     drop_down(ui, list, name, value, choices, |_| None, |_, name, _| name.into())
 }
 
+/// The same, where values for which `refusal` returns a reason cannot be chosen.
+pub(crate) fn refusable_drop_down<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    list: ComboBox,
+    name: &str,
+    value: &mut T,
+    choices: &[(T, &str, &str)],
+    refusal: impl Fn(T) -> Option<String>,
+) -> Response {
+    drop_down(ui, list, name, value, choices, refusal, |_, name, _| name.into())
+}
+
 /// The list behind all of them: a key or a press outside closes it, too.
 fn drop_down<T: Copy + PartialEq>(
     ui: &mut Ui,

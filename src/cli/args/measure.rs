@@ -220,6 +220,12 @@ pub struct DiffArgs {
     /// Tree B
     #[arg(long, value_name = "SETTINGS|FILE.bvh", value_parser = diff_tree, help_heading = "Tree")]
     pub b: DiffTree,
+    /// Compare trees of a model that moves at this time of its clip, in seconds
+    #[arg(long, value_name = "T", value_parser = values::seconds, allow_hyphen_values = true, help_heading = "Motion")]
+    pub time: Option<f32>,
+    /// The clip, by its name or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME", help_heading = "Motion")]
+    pub clip: Option<String>,
     /// Write a picture of the difference
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,

@@ -6,6 +6,7 @@ use super::parts::{camera, threads};
 use crate::cli::args::{AnimateArgs, CameraArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
+use crate::headless::{MomentChoice, Times};
 use crate::lab::motion::AnimatePlan;
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
@@ -73,6 +74,7 @@ pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureComma
 pub fn diff(args: DiffArgs) -> DiffCommand {
     DiffCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        moments: MomentChoice { times: args.time.map(Times::At), clip: args.clip },
         trees: [args.a, args.b],
         threads: threads(args.trace.threads),
         trace: trace(&args.trace, &args.camera),

@@ -66,9 +66,7 @@ impl MotionPlan {
 
 /// A moment of `count` at equal distances from the first key of a clip to the last.
 fn moment_at(motion: &Motion, clip: usize, index: usize, count: usize) -> Moment {
-    let share = index as f32 / (count.max(2) - 1) as f32;
-    let of_clip = &motion.clips[clip];
-    Moment { clip, seconds: of_clip.start + of_clip.duration() * share }
+    Moment { clip, seconds: motion.clips[clip].at_frame(index, count) }
 }
 
 /// A tree in a frame.

@@ -41,7 +41,7 @@ pub struct Shown {
     /// Smallest and largest of `depths`: levels between them are told apart by width and lightness.
     pub levels: [u32; 2],
     /// Smallest and largest value of the colour scale, in the unit of [`ColorBy`]'s shader: the square root of the depth, log2 of
-    /// the relative area, overlap as a fraction, log2 of the primitive count, log2 of the regret. The second is always larger.
+    /// the relative area, overlap as a fraction, log2 of the primitive count, of the regret, of the growth. The second is always larger.
     pub scale: [f32; 2],
     /// For each node: no other tree has it. Empty where none is compared.
     pub is_new: Vec<bool>,
@@ -211,6 +211,7 @@ impl NodeTable {
             ColorBy::Depth => [0.0, (self.max_depth().max(1) as f32).sqrt()],
             ColorBy::Size => fitted(&|node| self.area_share(node)),
             ColorBy::Regret => fitted(&|node| self.regret(node)),
+            ColorBy::Growth => fitted(&|node| self.growth(node)),
             ColorBy::Overlap | ColorBy::Survival => [0.0, 1.0],
             ColorBy::Primitives => fitted(&|node| self.primitives(node) as f32),
         }

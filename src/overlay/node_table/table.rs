@@ -309,6 +309,7 @@ impl NodeTable {
         let has_color = match settings.color_by {
             ColorBy::Primitives => self.accel.known_ancestry().is_some(),
             ColorBy::Regret => self.accel.known_regrets().is_some(),
+            ColorBy::Growth => self.accel.built_areas().is_some(),
             ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival => true,
         };
         let depth = self.drawn_depths(settings);
@@ -366,6 +367,12 @@ impl NodeTable {
         regret.unwrap_or(0.0).max(LEAST_REGRET)
     }
 
+    /// Surface area of the node over that when the tree was built; 1 where that is not known.
+    pub(super) fn growth(&self, node: u32) -> f32 {
+        let built = self.accel.built_areas().and_then(|areas| areas.get(node as usize)).copied().unwrap_or(0.0);
+        if built > 0.0 { with_tree!(&self.accel.tree, tree => tree.area(node)) / built } else { 1.0 }
+    }
+
     /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box
     /// itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
     pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
@@ -414,6 +421,7 @@ impl NodeTable {
             value: match settings.color_by {
                 ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
                 ColorBy::Regret => self.regret(node).log2(),
+                ColorBy::Growth => self.growth(node).max(1e-12).log2(),
                 ColorBy::Depth | ColorBy::Size | ColorBy::Primitives | ColorBy::Survival => 0.0,
             },
         }

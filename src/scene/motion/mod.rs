@@ -47,6 +47,12 @@ impl Clip {
     pub fn duration(&self) -> f32 {
         self.end - self.start
     }
+
+    /// Time in seconds of a frame of `count` at equal distances from the first key to the last.
+    pub fn at_frame(&self, frame: usize, count: usize) -> f32 {
+        let share = frame as f32 / (count.max(2) - 1) as f32;
+        (self.start + self.duration() * share).min(self.end)
+    }
 }
 
 /// The clips of a model, and where each moves its triangles.
@@ -79,6 +85,12 @@ impl Motion {
             }
             format!("--clip {name}: the model has no such clip; there are {}", names.join(", "))
         })
+    }
+
+    /// The moment within the first and the last key of its clip; `None` where there is no such clip, or the time is no number.
+    pub fn within(&self, Moment { clip, seconds }: Moment) -> Option<Moment> {
+        let Clip { start, end, .. } = self.clips.get(clip)?;
+        seconds.is_finite().then(|| Moment { clip, seconds: seconds.max(*start).min(*end) })
     }
 
     /// Writes the model at `moment`, whose clip exists, into `pose`, in the calling thread's rayon pool.

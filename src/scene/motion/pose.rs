@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::scene::offset::MAX_COORDINATE;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -11,7 +12,7 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 const TRIANGLES_PER_TASK: usize = 1 << 16;
 
 /// A moment of a clip.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// Index in [`Motion::clips`](super::Motion::clips).
     pub clip: usize,

@@ -6,7 +6,7 @@ use egui::Key;
 use crate::app::commands::camera;
 use crate::app::commands::row::{ALT, CTRL, Item, NONE, Row, SHIFT, current, flip, is_presented, item, many, one};
 use crate::app::state::action::{Action, OrbitStep, SectionStep, ViewDirection};
-use crate::app::state::{AppState, Navigation, Side, Theme, preferences};
+use crate::app::state::{AppState, Clock, Navigation, Side, Theme, preferences};
 use crate::app::viewport::ZOOM_STEP;
 use crate::camera::Projection;
 use crate::render::{Exposure, HeatKind, Shading};
@@ -14,6 +14,7 @@ use crate::view::NamedView;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     CAMERA,
+    TIME,
     PICTURE,
     &[
         one(Action::ToggleLeftPanel, "Left panel", "Show scene and statistics", &[(NONE, Key::F3)], |state, _| {
@@ -156,6 +157,62 @@ const CAMERA: &[Row] = &[
     )
     .repeated()
     .within("Orbit and zoom"),
+];
+
+const TIME: &[Row] = &[
+    one(
+        Action::PlayClip,
+        "Play clip",
+        "Play the clip of a model that moves, or pause; each frame gets a tree of its own",
+        &[(NONE, Key::Space)],
+        |state, _| {
+            if let Some(mut clock) = state.clock() {
+                clock.toggle_play();
+            }
+        },
+    )
+    .when(moves)
+    .switch(|state, _| Some(state.model.playback.playing))
+    .yielding()
+    .within("Time"),
+    one(
+        Action::StepFrame(true),
+        "Next frame",
+        "Go to the next frame of the clip, a 25th of a second later",
+        &[(SHIFT, Key::ArrowRight)],
+        |state, _| change_time(state, |clock| clock.step(true)),
+    )
+    .when(moves)
+    .repeated()
+    .yielding()
+    .within("Time"),
+    one(
+        Action::StepFrame(false),
+        "Previous frame",
+        "Go to the frame of the clip before, a 25th of a second earlier",
+        &[(SHIFT, Key::ArrowLeft)],
+        |state, _| change_time(state, |clock| clock.step(false)),
+    )
+    .when(moves)
+    .repeated()
+    .yielding()
+    .within("Time"),
+    one(Action::LoopClip, "Loop clip", "Begin again after the end of the clip", &[(NONE, Key::L)], |state, _| {
+        flip(&mut state.model.playback.looped);
+    })
+    .when(moves)
+    .switch(|state, _| Some(state.model.playback.looped))
+    .within("Time"),
+    one(
+        Action::FilePose,
+        "Pose of the file",
+        "Show a model that moves as its nodes and skins are in the file, without a clip",
+        &[],
+        |state, _| change_time(state, |clock| clock.choose_clip(None)),
+    )
+    .when(moves)
+    .switch(|state, _| Some(state.wanted.moment.is_none()))
+    .within("Time"),
 ];
 
 const PICTURE: &[Row] = &[
@@ -328,6 +385,17 @@ pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
             "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
         }
     }
+}
+
+/// Changes the time of a model that moves.
+fn change_time(state: &mut AppState, change: impl FnOnce(&mut Clock<'_>)) {
+    if let Some(mut clock) = state.clock() {
+        change(&mut clock);
+    }
+}
+
+fn moves(state: &AppState, _: usize) -> bool {
+    state.motion().is_some()
 }
 
 fn is_lit(state: &AppState, _: usize) -> bool {

@@ -1,12 +1,12 @@
 //! Dialogs "Help", with two pages, each with a filter: keys and mouse gestures, and the glossary; and "About bvhscope":
-//! what a bug report needs to say about program and machine.
+//! what a bug report needs to say about program and machine. Dialog "Messages".
 
-use egui::{self, Button, Grid, Label, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{self, Align, Button, Grid, Label, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use crate::app::commands::keys;
-use crate::app::state::{AppState, Help, HelpPage};
-use crate::app::theme;
+use crate::app::state::{AppState, Help, HelpPage, Message, Severity};
 use crate::app::widgets::{Tip as _, chip};
+use crate::app::{format, theme};
 use crate::budget::{Budget, format_bytes};
 use crate::catalog::numbers;
 use crate::catalog::terms::Term;
@@ -214,4 +214,60 @@ fn used_memory(ctx: &egui::Context) -> u64 {
     let used = Budget::used();
     ctx.data_mut(|data| data.insert_temp(id, (now, used)));
     used
+}
+
+/// Shows the dialog of all messages since the program started, newest first, while it is open.
+pub(crate) fn messages(ctx: &egui::Context, state: &mut AppState) {
+    if !state.layout.messages_open {
+        return;
+    }
+    state.messages.folded = [0; 2];
+    let mut copied = None;
+    super::dialog(ctx, "Messages", [560.0, 400.0], &mut state.layout.messages_open, |ui| {
+        if state.messages.history.is_empty() {
+            ui.label(RichText::new("No messages yet").color(theme::palette(ui).dim));
+            return;
+        }
+        let all = || state.messages.history.iter().map(message_line).collect::<Vec<_>>().join("\n");
+        let tip = "Copy all of them as text, oldest first";
+        if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
+            copied = Some(all());
+        }
+        ui.separator();
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for message in state.messages.history.iter().rev() {
+                message_row(ui, message);
+            }
+        });
+    });
+    if let Some(text) = copied {
+        state.copy(text, "");
+    }
+    // Keep the ages current.
+    ctx.request_repaint_after_secs(1.0);
+}
+
+/// A message as a line of text.
+fn message_line(message: &Message) -> String {
+    format!("{}: {}", message.severity.label(), message.text)
+}
+
+/// A message with its age and severity.
+fn message_row(ui: &mut Ui, message: &Message) {
+    let palette = theme::palette(ui);
+    let color = match message.severity {
+        Severity::Info => palette.dim,
+        Severity::Warning => palette.warning,
+        Severity::Error => palette.error,
+    };
+    ui.horizontal_top(|ui| {
+        let ago = format!("{} ago", format::age(message.since.elapsed()));
+        for (text, width, color) in [(ago.as_str(), 72.0, palette.dim), (message.severity.label(), 56.0, color)] {
+            ui.allocate_ui_with_layout(vec2(width, theme::ROW_HEIGHT), Layout::left_to_right(Align::Min), |ui| {
+                ui.set_min_width(width);
+                ui.label(RichText::new(text).color(color));
+            });
+        }
+        ui.add(Label::new(&message.text).wrap().selectable(true));
+    });
 }

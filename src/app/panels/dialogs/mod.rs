@@ -2,7 +2,6 @@
 //! close button, and no larger than the screen.
 
 pub(super) mod help;
-pub(super) mod message_log;
 pub(super) mod palette;
 mod path_field;
 pub(super) mod start_page;

@@ -30,6 +30,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 }
                 ColorBy::Primitives => "Number of triangles below it: where the model is dense",
                 ColorBy::Regret => "What rebuilding it would save: where the tree is bad",
+                ColorBy::Growth => {
+                    "Its surface now over that when the tree was built, in trees that are kept or fitted while the model moves"
+                }
                 ColorBy::Survival => {
                     "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
                 }

@@ -1,6 +1,5 @@
 //! The sections of the side panels. Left: headline, statistics and selection. Right: settings of tree, containers and picture.
 
-mod annealing;
 pub(super) mod containers;
 mod findings;
 pub(super) mod headline;

@@ -2,12 +2,13 @@
 //! seconds after a new tree, a row shows the value of the tree before.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
-use egui::{self, CornerRadius, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{self, CornerRadius, Id, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use crate::accel::FileTree;
-use crate::app::panels::side::{annealing, findings};
+use crate::app::panels::side::findings;
 use crate::app::state::comparison::{Comparison, Verdict};
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
@@ -17,9 +18,18 @@ use crate::catalog::terms;
 use crate::scene::Scene;
 use bvhscope_engine::settings::BuilderKind;
 
+/// Height of the curve of annealing in points.
+const CURVE_HEIGHT: f32 = 44.0;
+
 /// Shows the sections.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    let scene = state.model.loaded.clone();
+    // At the moment that is shown, once it is.
+    let shown = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
+    let scene = state
+        .model
+        .loaded
+        .as_ref()
+        .map(|loaded| Arc::clone(shown.filter(|shown| shown.is_same_model(loaded)).unwrap_or(loaded)));
     section(ui, "SCENE", Header::default(), |ui| match &scene {
         Some(scene) => scene_rows(ui, state, scene),
         None => nothing_yet(ui, "No model loaded yet"),
@@ -27,14 +37,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(shown) = state.model.presented.clone() else {
         section(ui, "BUILD", Header::default(), |ui| {
             nothing_yet(ui, "No tree built yet");
-            annealing::running(ui, state);
+            annealing_now(ui, state);
         });
         return;
     };
     let build = shown.accel.reading().build;
     let summary = build.map_or_else(String::new, |times| format::duration(Duration::from_secs_f64(times.ms / 1e3)));
     section(ui, "BUILD", Header { summary: &summary, ..Header::default() }, |ui| {
-        annealing::running(ui, state);
+        annealing_now(ui, state);
         match &shown.accel.file {
             Some(file) => file_rows(ui, state, file),
             None => build_rows(ui, state, &shown),
@@ -130,7 +140,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let costs = report.stages.cost_change(name);
         stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
-    annealing::finished(ui, state, &report.stages.annealing);
+    annealed(ui, state, &report.stages.annealing);
     numbers(ui, state, shown, Section::Build);
     statistic(ui, state, &Statistic::new("Threads", report.threads.to_string()).tip("Threads that built the tree"));
 }
@@ -284,4 +294,65 @@ pub(super) fn recent_change(ui: &Ui, shown: &Presented, number: &Number) -> Opti
     }
     ui.ctx().request_repaint_after_secs(left as f32 + 0.05);
     Some((before, now, verdict))
+}
+
+/// Shows how the cost falls in the build that runs, if it anneals.
+fn annealing_now(ui: &mut Ui, state: &mut AppState) {
+    let Some(job) = &state.activity.build else { return };
+    let (costs, left) = (job.costs.clone(), job.time_left(std::time::Instant::now()));
+    if costs.is_empty() {
+        return;
+    }
+    let left = left.map_or_else(String::new, |left| format!(", {} left", format::duration(left)));
+    annealing_curve(ui, state, "Annealing", &left, &costs);
+}
+
+/// Shows how the cost fell in a build that is finished; nothing where it did not anneal.
+fn annealed(ui: &mut Ui, state: &mut AppState, costs: &[(Duration, f64)]) {
+    if !costs.is_empty() {
+        annealing_curve(ui, state, "Annealed", "", costs);
+    }
+}
+
+fn annealing_curve(ui: &mut Ui, state: &mut AppState, label: &'static str, note: &str, costs: &[(Duration, f64)]) {
+    let (Some(&(_, first)), Some(&(duration, last))) = (costs.first(), costs.last()) else { return };
+    let [before, after] = [first, last].map(cost_text);
+    let gain = format::change(first, last);
+    let rounds = costs.len() - 1;
+    let tip = format!("SAH cost before the first round and after the last of {rounds} so far, with the best leaves");
+    statistic(ui, state, &Statistic::new(label, format!("{before} to {after}, {gain}")).tip(tip));
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), CURVE_HEIGHT), Sense::hover());
+    let time = format!("{} rounds in {}{note}", format::count(rounds as u64), format::duration(duration));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("SAH cost: {before} to {after}, {time}")));
+    let palette = theme::palette(ui);
+    let plot = rect.shrink2(vec2(8.0, 4.0));
+    let lowest = costs.iter().map(|&(_, cost)| cost).fold(f64::INFINITY, f64::min);
+    let highest = costs.iter().map(|&(_, cost)| cost).fold(f64::NEG_INFINITY, f64::max);
+    let point = |time: Duration, cost: f64| {
+        let x = time.as_secs_f64() / duration.as_secs_f64().max(1e-9);
+        let y = (highest - cost) / (highest - lowest).max(1e-9);
+        pos2(plot.left() + plot.width() * x as f32, plot.top() + plot.height() * y as f32)
+    };
+    let painter = ui.painter();
+    let level = point(Duration::ZERO, first).y;
+    painter.hline(plot.x_range(), level, Stroke::new(1.0, palette.line));
+    let points = costs.iter().map(|&(time, cost)| point(time, cost)).collect();
+    painter.add(Shape::line(points, Stroke::new(1.5, palette.accent)));
+    let at = |x: f32| duration.mul_f32(((x - plot.left()) / plot.width()).clamp(0.0, 1.0));
+    let text = match response.hover_pos().map(|pointer| at(pointer.x)) {
+        Some(hovered) => {
+            let round = costs.partition_point(|&(time, _)| time <= hovered).max(1) - 1;
+            let (time, cost) = costs[round];
+            painter.circle_filled(point(time, cost), 3.0, palette.accent);
+            format!("SAH cost {} after round {round}, {}", cost_text(cost), format::duration(time))
+        }
+        None => time,
+    };
+    ui.label(egui::RichText::new(text).small().color(palette.dim));
+    response.tip("SAH cost over the time of annealing: at first it may rise, so that better trees can be reached");
+}
+
+/// A cost with the digits in which late rounds differ.
+fn cost_text(cost: f64) -> String {
+    format!("{cost:.3}")
 }

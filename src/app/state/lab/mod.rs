@@ -3,12 +3,14 @@
 
 mod icicle;
 pub mod merges;
+mod motion;
 mod nodes;
 mod plots;
 mod ray;
 
 pub use icicle::{IcicleInputs, IcicleLayout, IcicleState, SharedIcicle};
 pub use merges::{MergesState, SharedMerges, Standing};
+pub use motion::{MotionCurves, MotionInputs, MotionQuantity, MotionState, PolicyCurve, SharedMotion, frame_cost};
 pub use nodes::{NodesState, Outline, OutlineRow, RankingInputs};
 pub use plots::{PlotKind, PlotsState, PlottedTree, ScatterInputs, SharedPlots, TreeQuality, TreeSet, TreeToMeasure};
 pub use ray::{RayOutcome, RaySource, RayState, SPEEDS, SharedRayView};
@@ -62,6 +64,8 @@ pub struct LabState {
     pub plots: PlotsState,
     /// The view "Merges".
     pub merges: MergesState,
+    /// The view "Motion".
+    pub motion: MotionState,
 }
 
 impl LabState {

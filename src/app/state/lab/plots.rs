@@ -217,7 +217,7 @@ impl SessionTrees {
         if !is_same(&self.scene, &accel.scene) {
             *self = Self { scene: Arc::downgrade(&accel.scene), trees: Vec::new() };
         }
-        if accel.file.is_none() && accel.settings.builder == BuilderKind::None {
+        if accel.is_followed() || accel.file.is_none() && accel.settings.builder == BuilderKind::None {
             return;
         }
         let tree = PlottedTree::of(accel);

@@ -11,17 +11,19 @@ pub use text::Lesson;
 use std::sync::Arc;
 
 use crate::app::state::model::Presented;
+use crate::app::state::second_tree::TreeSide;
 use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
 
 /// The built-in lessons, in the order of the menu.
-pub const LESSONS: [&str; 6] = [
+pub const LESSONS: [&str; 7] = [
     include_str!("../../../../assets/lessons/1-what-a-tree-saves.txt"),
     include_str!("../../../../assets/lessons/2-two-phases.txt"),
     include_str!("../../../../assets/lessons/3-threshold-and-reduction.txt"),
     include_str!("../../../../assets/lessons/4-box-or-sphere.txt"),
     include_str!("../../../../assets/lessons/5-when-sah-lies.txt"),
     include_str!("../../../../assets/lessons/6-why-here.txt"),
+    include_str!("../../../../assets/lessons/7-refit-or-rebuild.txt"),
 ];
 
 /// The lesson that is being read.
@@ -56,6 +58,8 @@ impl Reading {
         let same = shown.accel.file.is_none()
             && shown.accel.settings == state.wanted.build
             && shown.accel.scene.source == state.wanted.source
+            && shown.accel.scene.moment == state.wanted.moment
+            && shown.accel.follow == state.wanted.follow_at(TreeSide::A, state.wanted.moment)
             && shown.frame.settings.shading == state.wanted.render.shading
             && shown.frame.camera == *camera
             && (state.has_own_view() || state.wanted.camera == *camera);

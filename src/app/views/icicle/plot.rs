@@ -27,7 +27,15 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let columns = (rect.width() * scale).floor().max(1.0) as u32;
     let levels = (rect.height() / LEVEL_HEIGHT[0]).floor().max(1.0) as u32;
     let visits = state.lab.known_visits(&shown.accel);
+    let height = |layout: &IcicleLayout| {
+        (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1])
+    };
     let Some(layout) = state.lab.icicle.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
+        // A model that plays has another tree soon.
+        if let Some(before) = state.lab.icicle.layout_before().filter(|_| state.model.playback.playing) {
+            Plot { layout: before, rect, column: 1.0 / scale, height: height(before) }.paint(ui);
+            return;
+        }
         parts::wait_for(
             ui,
             &mut state.lab,
@@ -42,8 +50,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let count = format::count(layout.icicle.cells.len() as u64);
     let name = format!("Icicle of {count} nodes, widths by {}", state.lab.icicle.width.label());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
-    let height = (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1]);
-    let plot = Plot { layout: &layout, rect, column: 1.0 / scale, height };
+    let plot = Plot { layout: &layout, rect, column: 1.0 / scale, height: height(&layout) };
     plot.paint(ui);
     plot.marks(ui, state, shown);
     pointer(state, shown, &plot, &response);

@@ -1,14 +1,16 @@
 //! The view "Nodes": the outline of the tree, and beside it the worst nodes.
 
-mod outline;
 mod ranking;
 
-use egui::{Key, Rect, Ui, UiBuilder, pos2};
+use egui::{self, Key, Rect, RichText, Ui, UiBuilder, pos2, vec2};
 
 use crate::app::state::lab::{NodesState, RankingInputs};
-use crate::app::state::{AppState, LabState};
+use crate::app::state::{AppState, LabState, OutlineRow, Presented};
 use crate::app::studies::{Studies, StudyPlan};
-use crate::app::views::{View, parts};
+use crate::app::views::View;
+use crate::app::views::parts::{self, Cell};
+use crate::app::widgets::{Icon, icon_button};
+use crate::app::{format, theme};
 use crate::lab::node_ranking::rank_nodes;
 use crate::lab::node_values::NodeValues;
 
@@ -16,6 +18,13 @@ use crate::lab::node_values::NodeValues;
 const OUTLINE_SHARE: f32 = 0.4;
 /// Gap between outline and list in points.
 const GAP: f32 = 24.0;
+
+/// Indentation a level in points.
+const INDENT: f32 = 12.0;
+/// Width of the icon that folds and unfolds, in points.
+const FOLD: f32 = 16.0;
+/// Widths of the columns of triangles and area in points.
+const COLUMNS: [f32; 2] = [72.0, 56.0];
 
 const PURPOSE: &str = "Which nodes make rays slow: the worst by regret, cost, overlap, empty space or measured visits";
 
@@ -35,9 +44,66 @@ fn show(ui: &mut Ui, state: &mut AppState) {
     let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
     let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
     ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
-    ui.scope_builder(UiBuilder::new().max_rect(left), |ui| outline::show(ui, state, &shown));
+    ui.scope_builder(UiBuilder::new().max_rect(left), |ui| outline(ui, state, &shown));
     ui.scope_builder(UiBuilder::new().max_rect(right), |ui| ranking::show(ui, state, &shown));
     ui.advance_cursor_after_rect(whole);
+}
+
+/// Shows the outline: the tree as rows that unfold. Only the rows in view are laid out.
+fn outline(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+    heading(ui);
+    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
+    let outline = &mut state.lab.outline;
+    outline.follow(&shown.accel, &shown.table);
+    let revealed = selected.and_then(|node| outline.reveal(node, &shown.table));
+    let rows = outline.rows().len();
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let area = parts::list(ui, "outline", revealed);
+    area.show_rows(ui, parts::ROW_HEIGHT, rows, |ui, range| {
+        let visible = state.lab.outline.rows().get(range).unwrap_or_default().to_vec();
+        // A level deep in the tree would leave no room for its text.
+        let indents = (ui.available_width() * 0.4 / INDENT) as u32;
+        let first = visible.iter().map(|row| row.depth).max().unwrap_or(0).saturating_sub(indents);
+        for row in visible {
+            show_row(ui, state, shown, row, INDENT * row.depth.saturating_sub(first) as f32);
+        }
+    });
+}
+
+/// The names of the columns.
+fn heading(ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let text = |text: &str| RichText::new(text).color(palette.dim);
+    ui.horizontal(|ui| {
+        ui.label(text("Outline")).on_hover_text("The tree, node by node. Alt+arrows walk from the selected node");
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add_space(16.0);
+            ui.label(text("area")).on_hover_text("Surface area relative to the root's");
+            ui.add_space(24.0);
+            ui.label(text("triangles")).on_hover_text("Triangles below the node");
+        });
+    });
+}
+
+fn show_row(ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRow, indent: f32) {
+    let OutlineRow { node, .. } = row;
+    let table = &shown.table;
+    let leaf = table.is_leaf(node);
+    let name = format!("{} {}", if leaf { "leaf" } else { "node" }, format::count(u64::from(node)));
+    let triangles =
+        table.known_primitives(node).map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
+    let area = format::percent(f64::from(table.area_share(node)));
+    let cells = [Cell { text: &triangles, width: COLUMNS[0] }, Cell { text: &area, width: COLUMNS[1] }];
+    let response = parts::node_row(ui, state, node, (&name, indent + FOLD), &cells);
+    if !leaf {
+        let min = pos2(response.rect.left() + indent, response.rect.top());
+        let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));
+        let unfolded = state.lab.outline.is_unfolded(node);
+        let label = format!("{} node {node}", if unfolded { "Fold" } else { "Unfold" });
+        if icon_button(ui, rect, Icon::Fold(unfolded), &label).clicked() {
+            state.lab.outline.toggle(node, table);
+        }
+    }
 }
 
 /// Adds the study: the ranking of the nodes.

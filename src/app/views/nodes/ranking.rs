@@ -10,8 +10,14 @@ use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::widgets::table::HeaderCell;
 use crate::app::{format, theme};
-use crate::catalog::metrics::{METRICS, Metric, RANKED};
+use crate::catalog::metrics::{GROWTH, METRICS, Metric, RANKED};
 use crate::lab::node_values::NodeValues;
+
+/// The metrics in columns: growth only where the tree was built at another moment.
+fn columns(shown: &Presented) -> impl DoubleEndedIterator<Item = &'static Metric> {
+    let is_followed = shown.accel.built_areas().is_some();
+    RANKED.into_iter().filter(move |metric| *metric != GROWTH || is_followed)
+}
 
 /// Width of the column of a metric in points.
 fn column(metric: &Metric) -> f32 {
@@ -24,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let ranked = ranked.as_deref().map_or(&[][..], |ranked| &ranked[..]);
     controls(ui, state, shown, ranked);
     ui.spacing_mut().item_spacing.y = 0.0;
-    header(ui, state);
+    header(ui, state, shown);
     if ranked.is_empty() {
         nothing(ui, state, shown);
         return;
@@ -34,8 +40,9 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
         for &node in ranked.get(range).unwrap_or_default() {
-            let texts = RANKED.map(|metric| (metric, value_text(metric, values.get(metric, node))));
-            let cells = texts.each_ref().map(|(metric, text)| Cell { text, width: column(metric) });
+            let texts: Vec<_> =
+                columns(shown).map(|metric| (metric, value_text(metric, values.get(metric, node)))).collect();
+            let cells: Vec<_> = texts.iter().map(|(metric, text)| Cell { text, width: column(metric) }).collect();
             parts::node_row(ui, state, node, (&name(shown, node), 4.0), &cells);
         }
     });
@@ -88,7 +95,7 @@ fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]
 }
 
 /// The names of the columns, which sort by a click.
-fn header(ui: &mut Ui, state: &mut AppState) {
+fn header(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let palette = theme::palette(ui);
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), parts::ROW_HEIGHT), Sense::hover());
     let order = state.lab.nodes.order;
@@ -96,7 +103,7 @@ fn header(ui: &mut Ui, state: &mut AppState) {
     ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
     // The list beside its scroll bar has rows of this width.
     let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
-    for metric in RANKED.into_iter().rev() {
+    for metric in columns(shown).rev() {
         let place = Rect::from_min_max(pos2(right - column(metric), rect.top()), pos2(right, rect.bottom()));
         let cell = HeaderCell {
             label: metric.label,

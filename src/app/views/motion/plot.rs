@@ -1,0 +1,191 @@
+//! The curves of the policies with their lowest and highest frames, the cheapest policy of each frame, and what a click on them does.
+
+use egui::{
+    self, Color32, CornerRadius, CursorIcon, Pos2, Rect, RichText, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    vec2,
+};
+
+use crate::app::state::AppState;
+use crate::app::state::lab::{MotionQuantity, PolicyCurve, frame_cost};
+use crate::app::views::axes::{Axes, Lettering, rest};
+use crate::app::{format, theme};
+use crate::lab::motion::{FrameCost, MotionRow, cheapest, pays_from};
+use crate::lab::plot::{Axis, COLORS};
+use crate::scene::Moment;
+use bvhscope_engine::follow::Policy;
+
+/// Height of the band of cheapest policies in points.
+const BAND: f32 = 12.0;
+/// Height of the lines below the plot in points.
+const BELOW: f32 = 44.0;
+/// Distance in points within which the pointer is at a curve.
+const REACH: f32 = 28.0;
+
+/// Colour of a policy: those of exported plots, and grey for a tree that is kept.
+pub(super) fn color(ui: &Ui, policy: Policy) -> Color32 {
+    let palette = theme::palette(ui);
+    match policy as usize {
+        0 => palette.dim,
+        place => match COLORS[(place - 1) % COLORS.len()] {
+            [0, 0, 0] => palette.text,
+            [r, g, b] => Color32::from_rgb(r, g, b),
+        },
+    }
+}
+
+/// Shows the plot, the band and the findings.
+pub(super) fn show(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
+    let drawn: Vec<&PolicyCurve> = curves
+        .iter()
+        .filter(|curve| !state.lab.motion.hidden.contains(&curve.policy) && !curve.rows.is_empty())
+        .collect();
+    let Some(first) = drawn.first() else {
+        ui.weak("All policies are hidden: a click on one shows it");
+        return;
+    };
+    let (quantity, rays) = (state.lab.motion.quantity, state.lab.motion.rays);
+    let values = |curve: &PolicyCurve| -> Vec<[f64; 2]> {
+        let point = |row: &MotionRow| Some([f64::from(row.seconds), quantity.of(row, rays)?]);
+        curve.rows.iter().filter_map(point).collect()
+    };
+    let points: Vec<Vec<[f64; 2]>> = drawn.iter().map(|curve| values(curve)).collect();
+    let all = || points.iter().flatten();
+    let across = Axis::linear(first.rows.iter().map(|row| f64::from(row.seconds)));
+    let up = Axis::fitted(all().map(|point| point[1]));
+    let size = rest(ui) - vec2(0.0, BAND + BELOW);
+    let (rect, response) = ui.allocate_exact_size(size.max(vec2(160.0, 60.0)), Sense::click());
+    let label = quantity.label();
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {label} over the clip")));
+    let heading = format!("{label} · of each policy, lowest filled, highest ringed");
+    let lettering = Lettering { heading: &heading, across: "Time of the clip (s)", ..Lettering::default() };
+    let axes = Axes::paint(ui, rect, [across, up], &lettering);
+    now(ui, state, &axes, rect);
+    for (curve, points) in drawn.iter().zip(&points) {
+        draw(ui, &axes, points, color(ui, curve.policy), state.wanted.follow.policy == curve.policy);
+    }
+    let pointed = response.hover_pos().and_then(|at| nearest(&axes, &points, at));
+    if let Some((policy, at)) = pointed {
+        let row = &drawn[policy].rows[at.min(drawn[policy].rows.len() - 1)];
+        let place = axes.at(points[policy][at]);
+        ui.painter().circle_stroke(place, 5.0, Stroke::new(1.5, theme::palette(ui).text));
+        if response.clicked() {
+            go_to(state, row);
+        }
+        let tip = text_of(row, quantity, rays);
+        response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip);
+    }
+    band(ui, state, &axes, &drawn);
+    findings(ui, rays, &drawn);
+}
+
+/// A line at the moment that is shown.
+fn now(ui: &Ui, state: &AppState, axes: &Axes, rect: Rect) {
+    let Some((moment, _)) = state.clip() else { return };
+    let x = axes.at([f64::from(moment.seconds), 1.0]).x;
+    if axes.plot.x_range().contains(x) {
+        let warm = theme::palette(ui).warm.gamma_multiply(0.7);
+        ui.painter().with_clip_rect(rect).vline(x, axes.plot.y_range(), Stroke::new(1.0, warm));
+    }
+}
+
+/// A curve with its lowest and its highest point.
+fn draw(ui: &Ui, axes: &Axes, points: &[[f64; 2]], color: Color32, is_chosen: bool) {
+    let painter = axes.painter(ui);
+    let line: Vec<Pos2> = points.iter().map(|&point| axes.at(point)).collect();
+    painter.add(Shape::line(line, Stroke::new(if is_chosen { 2.5 } else { 1.5 }, color)));
+    let by_value = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
+    if let (Some(&low), Some(&high)) = (points.iter().min_by(by_value), points.iter().max_by(by_value)) {
+        painter.circle_filled(axes.at(low), 3.0, color);
+        painter.circle_stroke(axes.at(high), 3.5, Stroke::new(1.5, color));
+    }
+}
+
+/// The curve nearest above or below the pointer, and its point of the frame there.
+fn nearest(axes: &Axes, points: &[Vec<[f64; 2]>], at: Pos2) -> Option<(usize, usize)> {
+    let of_curve = |(curve, points): (usize, &Vec<[f64; 2]>)| {
+        let places = points.iter().map(|&values| axes.at(values)).enumerate();
+        let across = |place: Pos2| (place.x - at.x).abs();
+        let (point, place) = places.min_by(|a, b| across(a.1).total_cmp(&across(b.1)))?;
+        Some((curve, point, (place.y - at.y).abs()))
+    };
+    let found = points.iter().enumerate().filter_map(of_curve).min_by(|a, b| a.2.total_cmp(&b.2));
+    let found = found.filter(|(.., distance)| *distance <= REACH && axes.plot.expand(REACH).contains(at));
+    found.map(|(curve, point, _)| (curve, point))
+}
+
+/// Shows the model in a frame, with its tree by the policy.
+fn go_to(state: &mut AppState, row: &MotionRow) {
+    let clip = state.clip().map_or(0, |(moment, _)| moment.clip);
+    state.wanted.moment = Some(Moment { clip, seconds: row.seconds });
+    state.wanted.follow.policy = row.policy;
+    state.model.playback.playing = false;
+}
+
+/// A tree in a frame as text: "Refit, frame 12 (0.48 s): SAH cost 23.4".
+fn text_of(row: &MotionRow, quantity: MotionQuantity, rays: f64) -> String {
+    let value = quantity.of(row, rays).map_or_else(|| "–".to_owned(), format::significant);
+    format!(
+        "{}, frame {} ({:.2} s): {} {value}\nClick to see this frame with a tree by this policy",
+        row.policy.label(),
+        row.frame,
+        row.seconds,
+        quantity.label(),
+    )
+}
+
+/// The cheapest policy of each frame, as a band below the plot.
+fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve]) {
+    let rays = state.lab.motion.rays;
+    let best = cheapest(&costs(drawn), rays);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAND), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Cheapest policy of each frame"));
+    let rows = &drawn[0].rows;
+    let x = |row: &MotionRow| axes.at([f64::from(row.seconds), 1.0]).x;
+    let edge = |frame: usize| match (frame.checked_sub(1).and_then(|before| rows.get(before)), rows.get(frame)) {
+        (None, _) => axes.plot.left(),
+        (Some(before), Some(row)) => (x(before) + x(row)) * 0.5,
+        (Some(_), None) => axes.plot.right(),
+    };
+    for (frame, &policy) in best.iter().enumerate() {
+        let part = Rect::from_min_max(pos2(edge(frame), rect.top()), pos2(edge(frame + 1), rect.bottom()));
+        ui.painter().rect_filled(part, CornerRadius::ZERO, color(ui, drawn[policy].policy));
+    }
+    let Some(at) = response.hover_pos() else { return };
+    let frame = (0..best.len()).find(|&frame| (edge(frame)..edge(frame + 1)).contains(&at.x));
+    if let Some(row) = frame.map(|frame| &drawn[best[frame]].rows[frame]) {
+        let tip = text_of(row, MotionQuantity::Frame, rays);
+        if response.clicked() {
+            go_to(state, row);
+        }
+        response.on_hover_text_at_pointer(format!("Cheapest: {tip}"));
+    }
+}
+
+/// The times of each policy, frame by frame.
+fn costs(drawn: &[&PolicyCurve]) -> Vec<Vec<FrameCost>> {
+    drawn.iter().map(|curve| curve.rows.iter().map(frame_cost).collect()).collect()
+}
+
+/// In how many frames each policy is the cheapest, and when rebuilding pays.
+fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve]) {
+    let costs = costs(drawn);
+    let best = cheapest(&costs, rays);
+    let counted = drawn.iter().enumerate().filter_map(|(index, curve)| {
+        let count = best.iter().filter(|&&policy| policy == index).count();
+        (count > 0).then(|| format!("{} in {count}", curve.policy.label()))
+    });
+    let counted = counted.collect::<Vec<_>>().join(", ");
+    let of = |policy: Policy| drawn.iter().position(|curve| curve.policy == policy).map(|index| &costs[index]);
+    let pays = of(Policy::Refit).zip(of(Policy::Rebuild)).map(|(refit, rebuild)| pays_from(refit, rebuild, rays));
+    let pays = match pays {
+        Some(Some(frame)) => {
+            let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| row.seconds);
+            format!(". Rebuilding pays over refitting from frame {frame} on, at {seconds:.2} s")
+        }
+        Some(None) => ". Rebuilding never pays over refitting".to_owned(),
+        None => String::new(),
+    };
+    let million = format::significant(rays / 1e6);
+    let text = format!("Cheapest with {million} million rays a frame: {counted} of {} frames{pays}", best.len());
+    ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).dim)).wrap());
+}
