@@ -127,7 +127,7 @@ impl CompactBounds<Aabb> for CompactBoxes {
             [[byte(words, 0), byte(words, 8)], [byte(words, 16), byte(words, 24)], [byte(last, 0), byte(last, 8)]];
         let numbers = u32x8::from_slice(simd, &[0, 1, 2, 3, 4, 5, 6, 7]);
         let is_used = numbers.simd_lt(u32x8::splat(simd, self.count.into()));
-        let unused = [f32::INFINITY, f32::NEG_INFINITY].map(|plane| f32x8::splat(simd, plane));
+        let unused = [f32x8::splat(simd, f32::INFINITY), f32x8::splat(simd, f32::NEG_INFINITY)];
         for (axis, multiples) in multiples.into_iter().enumerate() {
             let (origin, scale) = (f32x8::splat(simd, self.origin[axis]), f32x8::splat(simd, self.scale(axis)));
             for (side, multiples) in multiples.into_iter().enumerate() {

@@ -120,6 +120,16 @@ pub(crate) fn write_leaf<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u3
     }
 }
 
+/// Four coordinates of each triangle from the given one on, by coordinate.
+#[inline(always)]
+fn rows_from<S: Simd>(simd: S, [a, b, c, d]: [&[f32; COORDINATES]; BLOCK], first: usize) -> [f32x4<S>; BLOCK] {
+    let [a, c] = [f32x4::from_slice(simd, &a[first..][..BLOCK]), f32x4::from_slice(simd, &c[first..][..BLOCK])];
+    let [b, d] = [f32x4::from_slice(simd, &b[first..][..BLOCK]), f32x4::from_slice(simd, &d[first..][..BLOCK])];
+    let (even, odd) = (a.interleave(c), b.interleave(d));
+    let ((a, b), (c, d)) = (even.0.interleave(odd.0), even.1.interleave(odd.1));
+    [a, b, c, d]
+}
+
 /// Without branches on the number of triangles, which could not be predicted: every row is written with four, the last one repeated,
 /// and the next row overwrites what is too much.
 #[inline(always)]
@@ -128,14 +138,9 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
     let triangle =
         |lane: usize| -> &[f32; COORDINATES] { bytemuck::cast_ref(&triangles[indices[last.min(lane)] as usize]) };
     let triangles = [triangle(0), triangle(1), triangle(2), triangle(3)];
-    // Four coordinates of each triangle from the given one on, by coordinate.
-    let rows = |first: usize| {
-        let load = |lane: usize| f32x4::from_slice(simd, &triangles[lane][first..][..BLOCK]);
-        let (even, odd) = (load(0).interleave(load(2)), load(1).interleave(load(3)));
-        let ((a, b), (c, d)) = (even.0.interleave(odd.0), even.1.interleave(odd.1));
-        [a, b, c, d]
-    };
-    let ([ax, ay, az, bx], [by, bz, cx, cy], [_, _, _, cz]) = (rows(0), rows(4), rows(5));
+    let [ax, ay, az, bx] = rows_from(simd, triangles, 0);
+    let [by, bz, cx, cy] = rows_from(simd, triangles, 4);
+    let [_, _, _, cz] = rows_from(simd, triangles, 5);
     let marked = |lane: usize| f32::from_bits(indices[last.min(lane)] | INDEX_MARK);
     let marked = f32x4::load_array(simd, [marked(0), marked(1), marked(2), marked(3)]);
     // The sign is the mark of needles.
