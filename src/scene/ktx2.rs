@@ -17,13 +17,13 @@ pub(super) fn decode(bytes: &[u8], max_side: u32, limit: u64) -> Result<(u32, u3
         return Err("it is a KTX2 file of another kind than ETC1S, UASTC or ASTC in eight bits".to_owned());
     }
     let (width, height) = file.base_dimensions();
-    let texels = u64::from(width) * u64::from(height);
+    let texels = u64::from(width).saturating_mul(height.into());
     if width.max(height) > max_side || texels.saturating_mul(4) > limit {
         return Err(format!("it exceeds the limit of {max_side} pixels a side or of memory"));
     }
     let level = file.image_level_info(0).map_err(damaged)?;
-    let pictures = u64::from(file.layer_count().max(1)) * u64::from(file.face_count().max(1));
-    let blocks = (u64::from(level.num_blocks_x) * u64::from(level.num_blocks_y)).saturating_mul(pictures);
+    let pictures = u64::from(file.layer_count().max(1)).saturating_mul(file.face_count().max(1).into());
+    let blocks = u64::from(level.num_blocks_x).saturating_mul(level.num_blocks_y.into()).saturating_mul(pictures);
     // Of the first entry in the index of levels, which begins at byte 80 (Khronos, KTX File Format Specification 2.0, section 3.9).
     let unpacked = bytes
         .get(96..104)
@@ -39,12 +39,14 @@ pub(super) fn decode(bytes: &[u8], max_side: u32, limit: u64) -> Result<(u32, u3
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::scene::{LoadOptions, SceneSource, load};
+    use bvhscope_engine::cancel::CancelToken;
 
     /// A file of one level in UASTC whose blocks, row by row, have one colour each.
     fn file([width, height]: [u32; 2], colors: &[[u8; 4]]) -> Vec<u8> {
         let mut bytes = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
         let data_at = 80 + 24 + 44;
-        let length = 16 * colors.len() as u64;
+        let length = (colors.len() as u64).saturating_mul(16);
         // No Vulkan format, bytes, size, no depth, no layers, one face, one level, not packed.
         for word in [0, 1, width, height, 0, 0, 1, 1, 0, 80 + 24, 44, 0, 0] {
             bytes.extend(u32::to_le_bytes(word));
@@ -53,8 +55,7 @@ mod tests {
             bytes.extend(u64::to_le_bytes(long));
         }
         // A basic descriptor of the colour model UASTC, in sRGB, with blocks of four by four and one sample of 128 bits.
-        let descriptor =
-            [44, 0, 2 | 40 << 16, 166 | 1 << 8 | 2 << 16, 3 | 3 << 8, 16, 0, 127 << 16 | 3 << 24, 0, 0, u32::MAX];
+        let descriptor = [44, 0, 0x0028_0002, 0x0002_01a6, 0x0303, 16, 0, 0x037f_0000, 0, 0, u32::MAX];
         for word in descriptor {
             bytes.extend(u32::to_le_bytes(word));
         }
@@ -111,9 +112,8 @@ mod tests {
         });
         let path = tempfile::Builder::new().suffix(".gltf").tempfile().unwrap().into_temp_path();
         std::fs::write(&path, model.to_string()).unwrap();
-        let source = crate::scene::SceneSource::File(path.to_path_buf());
-        let scene =
-            crate::scene::load(&source, &Default::default(), &bvhscope_engine::cancel::CancelToken::new()).unwrap();
+        let source = SceneSource::File(path.to_path_buf());
+        let scene = load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap();
         assert!(scene.warnings.entries.is_empty(), "{:?}", scene.warnings);
         assert_eq!(scene.textures[0].texels[..], [[10, 20, 30, 255]; 16]);
     }

@@ -282,9 +282,10 @@ fn the_view_measures_each_policy_over_the_clip() {
     assert_eq!(curves.iter().map(|curve| curve.policy).collect::<Vec<_>>(), Policy::ALL);
     assert!(curves.iter().all(|curve| curve.rows.len() == 10));
     assert!(harness.query_by_label("Plot of SAH cost over the clip").is_some());
-    harness.get_by_role_and_label(Role::Button, "Keep").click();
-    settle(&mut harness);
     assert_eq!(harness.state().state.lab.motion.hidden, [Policy::Keep]);
+    harness.get_by_role_and_label(Role::Button, "Refit").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.lab.motion.hidden, [Policy::Keep, Policy::Refit]);
     assert!(harness.query_by_label_contains("Cheapest with").is_some());
     // A step in time measures nothing anew; another container does, without what moves subtrees of boxes only.
     let before = harness.state().state.lab.motion.curves().cloned().unwrap();

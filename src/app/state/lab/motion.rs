@@ -122,7 +122,8 @@ impl Default for MotionState {
     fn default() -> Self {
         Self {
             quantity: MotionQuantity::default(),
-            hidden: Vec::new(),
+            // Its costs are so much higher that the other curves would be one line.
+            hidden: vec![Policy::Keep],
             rays: 1e6,
             study: Study::default(),
             basis: None,
