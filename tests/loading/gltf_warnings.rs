@@ -115,6 +115,12 @@ fn each_kind_is_counted_with_its_first_place() {
         ),
         (texture(json!({})), 1, "textures without an image", "textures[0]: it has no source"),
         (
+            texture(json!({"extensions": {"EXT_texture_webp": {"source": 4}}})),
+            1,
+            "textures without an image",
+            "textures[0].extensions.EXT_texture_webp.source: images[4] does not exist, there are 0",
+        ),
+        (
             texture(json!({"extensions": {"KHR_texture_basisu": {"source": 0}}})),
             1,
             "textures without an image",

@@ -177,7 +177,7 @@ mod tests {
         (plots.kind, plots.quality) = (PlotKind::Speed, TreeQuality::Epo);
         plots.set = TreeSet::Measured(Experiment::Builders);
         let motion = &mut lab.motion;
-        (motion.quantity, motion.hidden, motion.rays) = (MotionQuantity::Epo, vec![Policy::Keep], 2e5);
+        (motion.quantity, motion.hidden, motion.rays) = (MotionQuantity::Epo, vec![Policy::Refit], 2e5);
         (lab.curve.shown, lab.curve.level) = (true, 7);
         lab
     }

@@ -160,21 +160,20 @@ impl Reader<'_, '_> {
             self.document.gltf.images().nth(usize::try_from(source).ok()?)
         };
         let ktx2 = if READS_KTX2 { named_by(extension::BASISU) } else { None };
-        let Some(image) = ktx2.or_else(|| named_by(extension::WEBP)).or_else(|| texture.source()) else {
-            // The last entry stands for textures that do not exist.
-            if index.saturating_add(1) < self.document.gltf.textures().len() {
+        let named = [ktx2, named_by(extension::WEBP), texture.source()];
+        // The last entries stand for images and textures that do not exist, which are counted already.
+        let exists = |image: &gltf::Image| image.index().saturating_add(1) < self.document.gltf.images().len();
+        let is_counted = named.iter().flatten().any(|image| !exists(image));
+        let Some(image) = named.into_iter().flatten().find(exists) else {
+            if !is_counted && index.saturating_add(1) < self.document.gltf.textures().len() {
                 let detail = match texture.extension_value(extension::BASISU) {
-                    Some(_) => format!("it is a KTX2 file; {UNPACK_TEXTURES}"),
-                    None => "it has no source".to_owned(),
+                    Some(_) if !READS_KTX2 => format!("it is a KTX2 file; {UNPACK_TEXTURES}"),
+                    _ => "it has no source".to_owned(),
                 };
                 self.images.warn_at(NO_IMAGE, || FileLocation::in_json(format!("textures[{index}]"), detail));
             }
             return None;
         };
-        // The last entry stands for images that do not exist, which are counted already.
-        if image.index().saturating_add(1) == self.document.gltf.images().len() {
-            return None;
-        }
         if let Some(&known) = self.pictures.get(&image.index()) {
             return known;
         }

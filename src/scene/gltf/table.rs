@@ -6,6 +6,7 @@ use self::Rule::{
     Attributes, Code, Extensions, Flag, Index, Label, List, Needed, Number, Numbers, Object, Present, Raw, Set, Text,
     Whole, Word,
 };
+use crate::scene::images::READS_KTX2;
 
 /// The kind of a value.
 pub(super) enum Rule {
@@ -305,8 +306,11 @@ static TEXTURE: Rule = Object(&[
     (
         "extensions",
         Extensions(&[
-            (extension::BASISU, Object(&[("source", to("images", Field, NO_IMAGE))])),
-            (extension::WEBP, Object(&[("source", to("images", Field, NO_IMAGE))])),
+            (
+                extension::BASISU,
+                if READS_KTX2 { Object(&[("source", to("images", Empty, NO_IMAGE))]) } else { Present },
+            ),
+            (extension::WEBP, Object(&[("source", to("images", Empty, NO_IMAGE))])),
         ]),
     ),
 ]);
