@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// How the tree of a moment is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Follow {
-    /// What becomes of the tree of the frame before.
+    /// The policy, which changes the tree of the frame before or builds another.
     pub policy: Policy,
     /// Number of frames of the clip, at equal distances from the first key to the last, by which the tree gets to the moment.
     pub frames: u32,

@@ -64,7 +64,7 @@ struct Wide {
     lanes: Option<WideRefit>,
 }
 
-/// What an update did. Times are wall-clock times.
+/// Outcome of an update. Times are wall-clock times.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Update {
     /// Time of updating the binary tree.

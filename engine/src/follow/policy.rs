@@ -25,7 +25,7 @@ pub enum Policy {
     WholeClip,
 }
 
-/// What there is to say about a policy.
+/// Names of a policy, its definition, and the containers that it takes.
 #[derive(Clone, Copy)]
 struct Row {
     policy: Policy,
