@@ -18,6 +18,7 @@
 
 mod policy;
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use policy::Policy;
@@ -27,7 +28,7 @@ use crate::bvh::WideBvh;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::refit::{
-    BuiltCosts, WideRefit, build_for_poses, grow, partial_rebuild, refit, refit_and_reinsert, refit_and_rotate,
+    BuiltCosts, GrownParts, WideRefit, build_for_poses, grow, partial_rebuild, refit, refit_and_reinsert, refit_and_rotate,
 };
 use crate::settings::BuildSettings;
 use crate::tree::AnyTree;
@@ -36,8 +37,8 @@ use crate::tree::AnyTree;
 pub const POSES: usize = 8;
 /// Triangles for each subtree that [`Policy::Reinsert`] moves at most in a frame.
 const TRIANGLES_PER_MOVE: usize = 100;
-/// Growth of the cost of a subtree above which [`Policy::PartialRebuild`] builds it again.
-const GROWTH: f32 = 1.2;
+/// Subtrees that [`Policy::PartialRebuild`] builds again.
+const GROWN: GrownParts = GrownParts { growth: 1.2, triangles: 2048 };
 /// Frames after which a tree that [`Policy::RebuildBehind`] begins to build takes over.
 pub const FRAMES_BEHIND: usize = 4;
 
@@ -60,7 +61,9 @@ pub struct Follower {
 /// The wide tree, and the lanes by which it is fitted, once they are needed.
 #[derive(Debug)]
 struct Wide {
-    tree: WideBvh,
+    tree: Arc<WideBvh>,
+    /// The tree of the frame before, with the same lanes, where readers held it: fitted next, once they have dropped it.
+    before: Option<Arc<WideBvh>>,
     lanes: Option<WideRefit>,
 }
 
@@ -110,10 +113,8 @@ impl Follower {
             _ => build_binary(first, settings, token)?.0,
         };
         let built = (policy == Policy::PartialRebuild).then(|| BuiltCosts::new(&tree, token)).transpose()?;
-        let mut wide = Wide::new(&tree, first, token)?;
-        if !matches!(policy, Policy::Rotate | Policy::Reinsert | Policy::Rebuild) {
-            wide.lanes = Some(wide.lanes(&tree, token)?);
-        }
+        let is_fitted = !matches!(policy, Policy::Rotate | Policy::Reinsert | Policy::Rebuild);
+        let wide = Wide::new(&tree, first, is_fitted, token)?;
         let preparation = start.elapsed();
         Ok(Self { policy, settings: *settings, tree, wide, built, behind: None, has_begun: false, preparation })
     }
@@ -152,7 +153,7 @@ impl Follower {
             Policy::PartialRebuild => {
                 if let Some(built) = &mut self.built {
                     let (tree, settings) = (&mut self.tree, &self.settings);
-                    update.built = partial_rebuild(tree, built, triangles, settings, GROWTH, token)?;
+                    update.built = partial_rebuild(tree, built, triangles, settings, GROWN, token)?;
                     update.is_other_tree = update.built > 0;
                 }
             }
@@ -172,7 +173,7 @@ impl Follower {
         }
         let start = Instant::now();
         if update.is_other_tree && self.policy != Policy::RebuildBehind {
-            self.wide = Wide::new(&self.tree, triangles, token)?;
+            self.wide = Wide::new(&self.tree, triangles, false, token)?;
         } else {
             self.wide.fit(&self.tree, triangles, token)?;
         }
@@ -180,8 +181,7 @@ impl Follower {
         if self.policy == Policy::RebuildBehind && self.behind.is_none() && self.has_begun {
             let start = Instant::now();
             let tree = build_binary(triangles, &self.settings, token)?.0;
-            let mut wide = Wide::new(&tree, triangles, token)?;
-            wide.lanes = Some(wide.lanes(&tree, token)?);
+            let wide = Wide::new(&tree, triangles, true, token)?;
             self.behind = Some((tree, wide, 0));
             update.behind_time = start.elapsed();
             update.built = triangles.len();
@@ -211,8 +211,8 @@ impl Follower {
         &self.tree
     }
 
-    /// The wide tree of that frame, with its triangles.
-    pub fn wide(&self) -> &WideBvh {
+    /// The wide tree of that frame, with its triangles. It may be shared: an update writes to memory that no reader holds.
+    pub fn wide(&self) -> &Arc<WideBvh> {
         &self.wide.tree
     }
 
@@ -223,8 +223,18 @@ impl Follower {
 }
 
 impl Wide {
-    fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
-        Ok(Self { tree: WideBvh::new(tree, triangles, token)?, lanes: None })
+    /// The wide tree of a binary one, with its lanes where it will be fitted.
+    fn new(
+        tree: &AnyTree,
+        triangles: &[Triangle],
+        is_fitted: bool,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let mut wide = Self { tree: Arc::new(WideBvh::new(tree, triangles, token)?), before: None, lanes: None };
+        if is_fitted {
+            wide.lanes = Some(wide.lanes(tree, token)?);
+        }
+        Ok(wide)
     }
 
     /// The lanes of the binary tree that it was made from.
@@ -235,8 +245,18 @@ impl Wide {
     /// Fits it to triangles that its binary tree is fitted to.
     fn fit(&mut self, tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
         let lanes = self.lanes(tree, token)?;
-        let fitted = lanes.apply(&mut self.tree.tree, tree, triangles, token);
+        let fitted = lanes.apply(&mut self.writable().tree, tree, triangles, token);
         self.lanes = Some(lanes);
         fitted
+    }
+
+    /// The wide tree in memory that no reader holds: as it is, that of the frame before, or a copy.
+    fn writable(&mut self) -> &mut WideBvh {
+        if Arc::get_mut(&mut self.tree).is_none() {
+            let free = self.before.take().filter(|before| Arc::strong_count(before) == 1);
+            let next = free.unwrap_or_else(|| Arc::new(WideBvh::clone(&self.tree)));
+            self.before = Some(std::mem::replace(&mut self.tree, next));
+        }
+        Arc::make_mut(&mut self.tree)
     }
 }

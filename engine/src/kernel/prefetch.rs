@@ -14,6 +14,14 @@ pub(crate) fn prefetch<T>(list: &[T], index: usize) {
     }
 }
 
+/// [`prefetch`] of an element smaller than a cache line that may lie in two of them.
+#[inline(always)]
+pub(crate) fn prefetch_whole<T>(list: &[T], index: usize) {
+    let address = list.as_ptr().wrapping_add(index).cast::<u8>();
+    prefetch_line(address);
+    prefetch_line(address.wrapping_add(size_of::<T>() - 1));
+}
+
 /// [`prefetch`] of two siblings: as pairs begin at odd indices, elements of half a cache line lie in two lines.
 #[inline(always)]
 pub(crate) fn prefetch_pair<T>(list: &[T], first: usize) {
@@ -53,6 +61,7 @@ mod tests {
             prefetch(&list, at);
         }
         prefetch::<u32>(&[], 5);
+        prefetch_whole::<[f32; 9]>(&[], 5);
         prefetch_four_lines(list.as_ptr().cast(), 200);
         prefetch_four_lines(list.as_ptr().wrapping_add(99).cast(), 256);
         assert_eq!(list, [[1; 25]; 7]);

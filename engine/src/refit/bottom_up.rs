@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::prefetch::prefetch;
+use crate::kernel::prefetch::prefetch_whole;
 use crate::tree::{Container, Node, Tree};
 
 /// Nodes of a chunk: 256 kB, which fit a core's second-level cache, and few nodes reach beyond. Even, so that siblings of a binary tree lie
@@ -28,9 +28,13 @@ impl<C: Container> Node<C> {
     #[inline(always)]
     pub(super) fn fit_to_children(nodes: &mut [Self], offset: usize, index: usize) {
         let first = nodes[index].first as usize - offset;
-        let arity = nodes[index].arity() as usize;
-        let children = nodes[first + 1..first + arity].iter();
-        nodes[index].container = children.fold(nodes[first].container, |all, child| all.union(&child.container));
+        let children = &nodes[first..first + nodes[index].arity() as usize];
+        // Nearly all trees are binary.
+        nodes[index].container = match children {
+            [left, right] => left.container.union(&right.container),
+            [first, others @ ..] => others.iter().fold(first.container, |all, child| all.union(&child.container)),
+            [] => return,
+        };
     }
 }
 
@@ -47,15 +51,11 @@ pub(super) fn fit<C: ClusterContainer>(
     let indices = &tree.primitive_indices;
     let around = |slot: usize| C::of_triangle(&triangles[indices[slot] as usize]);
     let leaf = |node: &Node<C>| {
-        let mut slots = node.slots();
-        let first = slots.next().map_or(C::EMPTY, around);
-        keep(node, slots.fold(first, |all, slot| all.union(&around(slot))))
+        let first = node.first as usize;
+        let others = first + 1..first + node.count as usize;
+        keep(node, others.fold(around(first), |all, slot| all.union(&around(slot))))
     };
-    let prefetch_leaf = |node: &Node<C>| {
-        if let Some(&index) = indices.get(node.first as usize) {
-            prefetch(triangles, index as usize);
-        }
-    };
+    let prefetch_leaf = |node: &Node<C>| prefetch_whole(triangles, indices[node.first as usize] as usize);
     fit_bottom_up(&mut tree.nodes, leaf, prefetch_leaf, interior, token)
 }
 
@@ -137,14 +137,18 @@ impl Lists {
         let mut pending = Vec::new();
         for &at in self.interior[..interior_count].iter().rev() {
             let at = usize::from(at);
-            let children = nodes[at].children();
-            let [first, end] = [children.start, children.end].map(|child| (child as usize).wrapping_sub(offset));
-            let within = self.is_pending.get(first..end).filter(|_| end <= nodes.len());
-            if within.is_some_and(|pending| !pending.contains(&true)) {
-                interior(nodes, offset, at);
-            } else {
+            let first = (nodes[at].first as usize).wrapping_sub(offset);
+            let end = first.wrapping_add(nodes[at].arity() as usize);
+            let is_pending = match self.is_pending.get(first..end).filter(|_| end <= nodes.len()) {
+                Some([left, right]) => left | right,
+                Some(children) => children.contains(&true),
+                None => true,
+            };
+            if is_pending {
                 self.is_pending[at] = true;
                 pending.push((offset + at) as u32);
+            } else {
+                interior(nodes, offset, at);
             }
         }
         pending

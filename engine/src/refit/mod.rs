@@ -35,7 +35,7 @@ mod rotate;
 mod whole_clip;
 mod wide;
 
-pub use partial::{BuiltCosts, partial_rebuild};
+pub use partial::{BuiltCosts, GrownParts, partial_rebuild};
 pub use whole_clip::build_for_poses;
 pub use wide::WideRefit;
 

@@ -29,9 +29,21 @@ impl BuiltCosts {
     }
 }
 
-/// [`refit()`](super::refit()) of a binary tree, after which the topmost subtrees whose SAH cost, over the area of their root, is more than
-/// `growth` times that of when they were built are built again with `settings`, whose container is that of the tree. `built` are the costs
-/// of the tree and follow it. Returns the number of triangles in subtrees that were built.
+/// The subtrees that are built again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrownParts {
+    /// Growth of the SAH cost, over the area of the subtree's root, above which a subtree is built again.
+    pub growth: f32,
+    /// Triangles of a subtree at least; those of a smaller one are judged with what holds them.
+    pub triangles: u32,
+}
+
+/// Share of all triangles in subtrees that have grown from which on the whole tree is built: it then costs as much, and less is kept.
+const WHOLE_SHARE: f32 = 0.5;
+
+/// [`refit()`](super::refit()) of a binary tree, after which the topmost subtrees that have `grown` since they were built are built again
+/// with `settings`, whose container is that of the tree; the whole tree where these hold half of it. `built` are the costs of the tree and
+/// follow it. Returns the number of triangles in subtrees that were built.
 ///
 /// A subtree is judged by itself: one that moves away as a whole, or grows evenly, is as good as before; the one that holds it
 /// is not.
@@ -48,17 +60,17 @@ pub fn partial_rebuild(
     built: &mut BuiltCosts,
     triangles: &[Triangle],
     settings: &BuildSettings,
-    growth: f32,
+    grown: GrownParts,
     token: &CancelToken,
 ) -> Result<usize, BuildError> {
     let settings = BuildSettings { container: tree.container_kind(), ..*settings };
     let build = |triangles: &[Triangle], token: &CancelToken| build_binary(triangles, &settings, token);
     match tree {
-        AnyTree::Aabb(tree) => rebuild_grown(tree, built, triangles, growth, token, |triangles, token| {
+        AnyTree::Aabb(tree) => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
             let (AnyTree::Aabb(tree), _) = build(triangles, token)? else { unreachable!("boxes were asked for") };
             Ok(tree)
         }),
-        AnyTree::Sphere(tree) => rebuild_grown(tree, built, triangles, growth, token, |triangles, token| {
+        AnyTree::Sphere(tree) => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
             let (AnyTree::Sphere(tree), _) = build(triangles, token)? else { unreachable!("spheres were asked for") };
             Ok(tree)
         }),
@@ -75,14 +87,14 @@ fn rebuild_grown<C: ClusterContainer>(
     tree: &mut Tree<C>,
     built: &mut BuiltCosts,
     triangles: &[Triangle],
-    growth: f32,
+    grown: GrownParts,
     token: &CancelToken,
     build: impl Fn(&[Triangle], &CancelToken) -> Result<Tree<C>, BuildError> + Sync,
 ) -> Result<usize, BuildError> {
     assert!(tree.is_binary(token)?, "partial rebuilds need a binary tree");
     assert_eq!(tree.nodes.len(), built.0.len(), "the costs are those of another tree");
     fit(tree, triangles, |_, fitted| fitted, Node::fit_to_children, token)?;
-    let grown = grown_subtrees(tree, &built.0, growth, token)?;
+    let grown = grown_subtrees(tree, &built.0, grown, token)?;
     let fork = token.fork();
     let parts = grown.par_iter().map(|&(node, count)| {
         fork.task(|token| {
@@ -113,28 +125,32 @@ fn relative_costs<C: ClusterContainer>(tree: &mut Tree<C>, token: &CancelToken) 
     Ok(costs.iter().zip(&tree.nodes).map(|(subtree, node)| subtree.cost / node.container.relative_area()).collect())
 }
 
-/// The topmost nodes whose subtrees have grown, each with the number of slots below it. Changes nothing.
+/// The topmost nodes whose subtrees have grown, each with the number of slots below it; the root where these hold much of it. Changes
+/// nothing.
 fn grown_subtrees<C: ClusterContainer>(
     tree: &mut Tree<C>,
     built: &[f32],
-    growth: f32,
+    GrownParts { growth, triangles }: GrownParts,
     token: &CancelToken,
 ) -> Result<Vec<(u32, u32)>, Cancelled> {
     let (costs, _) = subtree_costs(&mut tree.nodes, false, token)?;
-    let mut is_covered = vec![false; tree.nodes.len()];
-    let mut grown = Vec::new();
-    // Parents come before their children.
-    for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
+    let (mut open, mut grown, mut slots) = (vec![0_u32], Vec::new(), 0);
+    while let Some(index) = open.pop() {
+        let (Some(node), at) = (tree.nodes.get(index as usize), index as usize) else { break };
+        let count = costs[at].count;
+        if node.is_leaf() || (count < triangles && index > 0) {
+            continue;
         }
-        if !is_covered[index] && costs[index].cost > growth * built[index] * node.container.relative_area() {
-            grown.push((index as u32, costs[index].count));
-            is_covered[index] = true;
+        if costs[at].cost > growth * built[at] * node.container.relative_area() {
+            grown.push((index, count));
+            slots += count;
+        } else {
+            open.extend(node.children());
         }
-        if is_covered[index] {
-            is_covered[node.first as usize..][..2].fill(true);
-        }
+    }
+    let all = tree.primitive_indices.len() as u32;
+    if slots as f32 > all as f32 * WHOLE_SHARE {
+        grown = vec![(0, all)];
     }
     Ok(grown)
 }
@@ -226,7 +242,8 @@ mod tests {
         let mut tree = build_binary(&triangles, &settings, &token).unwrap().0;
         let mut built = BuiltCosts::new(&tree, &token).unwrap();
         let rebuild = |tree: &mut AnyTree, built: &mut BuiltCosts, triangles: &[Triangle]| {
-            partial_rebuild(tree, built, triangles, &settings, 1.3, &token).unwrap()
+            let grown = GrownParts { growth: 1.3, triangles: 2 };
+            partial_rebuild(tree, built, triangles, &settings, grown, &token).unwrap()
         };
         assert_eq!(rebuild(&mut tree, &mut built, &triangles), 0, "nothing moved");
         // Apart as a whole, each with the same neighbours.
@@ -256,7 +273,8 @@ mod tests {
         for index in 0..250 {
             triangles.swap(index, (index * 7919) % 500);
         }
-        assert_eq!(partial_rebuild(&mut tree, &mut built, &triangles, &settings, 1.01, &token), Ok(500));
+        let grown = GrownParts { growth: 1.01, triangles: 1000 };
+        assert_eq!(partial_rebuild(&mut tree, &mut built, &triangles, &settings, grown, &token), Ok(500));
         // Node for node, but in another order in memory.
         let rebuilt = build_binary(&triangles, &settings, &token).unwrap().0;
         let [own, expected] = [&tree, &rebuilt].map(|tree| tree_stats(tree, &token).unwrap());

@@ -1,12 +1,14 @@
 //! Trees that follow moving triangles by each policy: hits are those of a scan, and trees do not depend on threads.
 
+use std::sync::Arc;
+
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::fingerprint;
 use bvhscope_engine::follow::{FRAMES_BEHIND, Follower, POSES, Policy};
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::refit::refit;
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::{AnyTree, BuildError, BuildSettings, CancelToken, ContainerKind, Preset};
+use bvhscope_engine::{AnyTree, BuildError, BuildSettings, CancelToken, ContainerKind, Preset, WideBvh};
 
 use crate::brute_force::{check, check_form};
 use crate::refit::{expected, moved, rays, scenes, settings};
@@ -73,6 +75,30 @@ fn trees_do_not_depend_on_the_number_of_threads() {
                 })
             };
             assert!(on(1) == on(3), "{policy:?}, {settings:?}");
+        }
+    }
+}
+
+#[test]
+fn wide_trees_that_readers_hold_stay_as_they_were() {
+    let token = CancelToken::new();
+    let frames: Vec<_> = clip(&trees::soup(500, 0.1, 6));
+    let hash = |wide: &WideBvh| fingerprint::of_wide_tree(&wide.tree, &token).unwrap();
+    for policy in Policy::ALL {
+        let new = || follower(policy, &BuildSettings::default(), &frames);
+        let (mut alone, mut shared) = (new(), new());
+        // Those of one frame, of two, and of all before.
+        for kept in [1, 2, frames.len()] {
+            let mut held: Vec<(Arc<WideBvh>, u64)> = Vec::new();
+            for frame in &frames {
+                alone.follow(frame, &token).unwrap();
+                shared.follow(frame, &token).unwrap();
+                let expected = hash(alone.wide());
+                assert_eq!(hash(shared.wide()), expected, "{policy:?}, {kept} held");
+                held.push((Arc::clone(shared.wide()), expected));
+                held.drain(..held.len().saturating_sub(kept));
+                assert!(held.iter().all(|(wide, as_it_was)| hash(wide) == *as_it_was), "{policy:?}, {kept} held");
+            }
         }
     }
 }
