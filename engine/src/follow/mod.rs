@@ -28,18 +28,25 @@ use crate::bvh::WideBvh;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::refit::{
-    BuiltCosts, GrownParts, WideRefit, build_for_poses, grow, partial_rebuild, refit, refit_and_reinsert, refit_and_rotate,
+    BuiltCosts, GrownParts, WideRefit, build_for_poses, grow, partial_rebuild, refit, refit_and_reinsert,
+    refit_and_rotate,
 };
 use crate::settings::BuildSettings;
 use crate::tree::AnyTree;
 
-/// Poses at equal distances in the clip for [`Policy::WholeClip`]. A choice: time and memory grow with them.
+/// Poses at equal distances in the clip for [`Policy::WholeClip`]. Mean SAH cost over 30 frames of walker, cloth and explosion of 100,000
+/// triangles: 31.01, 24.68, 1605 with one pose, 29.48, 24.26, 224 with 4, 29.34, 24.26, 225 with 8, 29.30, 24.19, 229 with 16, which take
+/// twice as long.
 pub const POSES: usize = 8;
 /// Triangles for each subtree that [`Policy::Reinsert`] moves at most in a frame.
 const TRIANGLES_PER_MOVE: usize = 100;
-/// Subtrees that [`Policy::PartialRebuild`] builds again.
+/// Subtrees that [`Policy::PartialRebuild`] builds again. On walker, of 100,000 triangles and 30 frames, an update takes 0.43 of the time
+/// of a rebuild; without a least number of triangles it took 0.93, in many tiny builds. With a growth of 1.1 it takes 0.64 for 3 % less
+/// cost, with 1.5 it takes 0.30 and repairs nothing.
 const GROWN: GrownParts = GrownParts { growth: 1.2, triangles: 2048 };
-/// Frames after which a tree that [`Policy::RebuildBehind`] begins to build takes over.
+/// Frames after which a tree that [`Policy::RebuildBehind`] begins to build takes over: those that a build takes on another thread. The
+/// fewer the better: mean SAH cost over 30 frames of walker, cloth and explosion 30.5, 26.2, 88 after one, 31.3, 26.9, 117 after 2, 32.7,
+/// 26.6, 209 after 4, 32.9, 26.8, 485 after 8. Four are a choice for models of a million triangles.
 pub const FRAMES_BEHIND: usize = 4;
 
 /// A tree that follows moving triangles.
@@ -224,12 +231,7 @@ impl Follower {
 
 impl Wide {
     /// The wide tree of a binary one, with its lanes where it will be fitted.
-    fn new(
-        tree: &AnyTree,
-        triangles: &[Triangle],
-        is_fitted: bool,
-        token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
+    fn new(tree: &AnyTree, triangles: &[Triangle], is_fitted: bool, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut wide = Self { tree: Arc::new(WideBvh::new(tree, triangles, token)?), before: None, lanes: None };
         if is_fitted {
             wide.lanes = Some(wide.lanes(tree, token)?);

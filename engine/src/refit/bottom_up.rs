@@ -23,58 +23,76 @@ const LEAVES_AHEAD: usize = 12;
 /// Nodes that one thread does between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 
-impl<C: Container> Node<C> {
-    /// Fits the container of the interior node `index` of a part of a tree, whose first node has the index `offset`, to its children.
+/// Fits an interior node of a part of a tree, all of whose descendants are done. A trait rather than a closure, so that it is inlined.
+pub(super) trait FitInterior<C>: Sync {
+    /// Fits the node `index` of a part of a tree, whose first node has the index `offset`. All of the node's descendants lie in the part;
+    /// their order in it may be changed, as long as the node has the same descendants.
+    fn fit(&self, nodes: &mut [Node<C>], offset: usize, index: usize);
+}
+
+/// Fits the container of an interior node to its children.
+pub(super) struct ToChildren;
+
+impl<C: Container> FitInterior<C> for ToChildren {
     #[inline(always)]
-    pub(super) fn fit_to_children(nodes: &mut [Self], offset: usize, index: usize) {
-        let first = nodes[index].first as usize - offset;
-        let children = &nodes[first..first + nodes[index].arity() as usize];
+    fn fit(&self, nodes: &mut [Node<C>], offset: usize, index: usize) {
+        let Node { first, count, .. } = nodes[index];
+        let first = first as usize - offset;
         // Nearly all trees are binary.
-        nodes[index].container = match children {
-            [left, right] => left.container.union(&right.container),
-            [first, others @ ..] => others.iter().fold(first.container, |all, child| all.union(&child.container)),
-            [] => return,
+        let container = match nodes.get(first..first + 2) {
+            Some([left, right]) if count == 0 => left.container.union(&right.container),
+            _ => {
+                let others = nodes[first + 1..first + nodes[index].arity() as usize].iter();
+                others.fold(nodes[first].container, |all, child| all.union(&child.container))
+            }
         };
+        nodes[index].container = container;
     }
 }
 
-/// Fits the leaves of a tree by what `keep` makes of a leaf and the container of its triangles, and interior nodes by `interior`, all of
-/// whose descendants are done then; see [`fit_bottom_up`].
+/// The triangles of a tree.
+struct Leaves<'a, K> {
+    triangles: &'a [Triangle],
+    indices: &'a [u32],
+    /// Makes the container of a leaf from the leaf and the container of its triangles.
+    keep: &'a K,
+}
+
+impl<K> Leaves<'_, K> {
+    #[inline(always)]
+    fn fit<C: ClusterContainer>(&self, node: &Node<C>) -> C
+    where
+        K: Fn(&Node<C>, C) -> C,
+    {
+        let around = |slot: u32| C::of_triangle(&self.triangles[self.indices[slot as usize] as usize]);
+        let others = node.first + 1..node.first + node.count;
+        (self.keep)(node, others.fold(around(node.first), |all, slot| all.union(&around(slot))))
+    }
+
+    #[inline(always)]
+    fn prefetch<C>(&self, node: &Node<C>) {
+        prefetch_whole(self.triangles, self.indices[node.first as usize] as usize);
+    }
+}
+
+/// Fits the leaves of a tree by what `keep` makes of a leaf and the container of its triangles, then interior nodes by `interior`, children
+/// before parents.
 pub(super) fn fit<C: ClusterContainer>(
     tree: &mut Tree<C>,
     triangles: &[Triangle],
     keep: impl Fn(&Node<C>, C) -> C + Sync,
-    interior: impl Fn(&mut [Node<C>], usize, usize) + Sync,
+    interior: &impl FitInterior<C>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
     token.begin_stage("refit");
-    let indices = &tree.primitive_indices;
-    let around = |slot: usize| C::of_triangle(&triangles[indices[slot] as usize]);
-    let leaf = |node: &Node<C>| {
-        let first = node.first as usize;
-        let others = first + 1..first + node.count as usize;
-        keep(node, others.fold(around(first), |all, slot| all.union(&around(slot))))
-    };
-    let prefetch_leaf = |node: &Node<C>| prefetch_whole(triangles, indices[node.first as usize] as usize);
-    fit_bottom_up(&mut tree.nodes, leaf, prefetch_leaf, interior, token)
-}
-
-/// Gives each leaf the container that `leaf` returns, and calls `interior` for each interior node once all of its descendants are done:
-/// with a part of the nodes, the index of its first node, and the place of the node in it. All of the node's descendants lie in the part; their
-/// order in it may be changed, as long as the node has the same descendants.
-fn fit_bottom_up<C: Copy + Send + Sync>(
-    nodes: &mut [Node<C>],
-    leaf: impl Fn(&Node<C>) -> C + Sync,
-    prefetch_leaf: impl Fn(&Node<C>) + Sync,
-    interior: impl Fn(&mut [Node<C>], usize, usize) + Sync,
-    token: &CancelToken,
-) -> Result<(), Cancelled> {
+    let leaves = Leaves { triangles, indices: &tree.primitive_indices, keep: &keep };
+    let nodes = &mut tree.nodes[..];
     let Some((_, below_root)) = nodes.split_first_mut() else { return Ok(()) };
     let fork = token.fork();
     let chunks = below_root.par_chunks_mut(CHUNK).enumerate().map_init(Lists::default, |lists, (chunk, nodes)| {
         fork.task(|token| {
             token.check()?;
-            Ok(lists.fit(nodes, 1 + chunk * CHUNK, &leaf, &prefetch_leaf, &interior))
+            Ok(lists.fit(nodes, 1 + chunk * CHUNK, &leaves, interior))
         })
     });
     let pending: Vec<Vec<u32>> = chunks.collect::<Result<_, Cancelled>>()?;
@@ -83,12 +101,12 @@ fn fit_bottom_up<C: Copy + Send + Sync>(
         if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
             token.check()?;
         }
-        interior(nodes, 0, index as usize);
+        interior.fit(nodes, 0, index as usize);
     }
     if nodes[0].is_leaf() {
-        nodes[0].container = leaf(&nodes[0]);
+        nodes[0].container = leaves.fit(&nodes[0]);
     } else {
-        interior(nodes, 0, 0);
+        interior.fit(nodes, 0, 0);
     }
     Ok(())
 }
@@ -102,53 +120,56 @@ struct Lists {
 
 impl Default for Lists {
     fn default() -> Self {
-        Self { leaves: vec![0; CHUNK + 1], interior: vec![0; CHUNK + 1], is_pending: vec![false; CHUNK] }
+        Self { leaves: vec![0; CHUNK], interior: vec![0; CHUNK], is_pending: vec![false; CHUNK] }
     }
 }
 
 impl Lists {
     /// Does all nodes whose descendants lie in the chunk, and returns the others, the last one first.
     #[inline(always)]
-    fn fit<C: Copy>(
+    fn fit<C: ClusterContainer, K: Fn(&Node<C>, C) -> C>(
         &mut self,
         nodes: &mut [Node<C>],
         offset: usize,
-        leaf: impl Fn(&Node<C>) -> C,
-        prefetch_leaf: impl Fn(&Node<C>),
-        interior: impl Fn(&mut [Node<C>], usize, usize),
+        fitter: &Leaves<'_, K>,
+        fit_interior: &impl FitInterior<C>,
     ) -> Vec<u32> {
-        // Both lists first: a branch for each node could not be predicted.
+        let (leaves, interior) = (&mut self.leaves[..CHUNK], &mut self.interior[..CHUNK]);
+        // Both lists first: a branch for each node could not be predicted. The masks, which change nothing, spare tests of bounds.
         let (mut leaf_count, mut interior_count) = (0, 0);
         for (at, node) in nodes.iter().enumerate() {
-            self.leaves[leaf_count] = at as u16;
-            self.interior[interior_count] = at as u16;
+            leaves[leaf_count & (CHUNK - 1)] = at as u16;
+            interior[interior_count & (CHUNK - 1)] = at as u16;
             leaf_count += usize::from(node.is_leaf());
             interior_count += usize::from(!node.is_leaf());
         }
-        let leaves = &self.leaves[..leaf_count];
-        for (k, &at) in leaves.iter().enumerate() {
-            if let Some(&ahead) = leaves.get(k + LEAVES_AHEAD) {
-                prefetch_leaf(&nodes[usize::from(ahead)]);
+        let leaves = &leaves[..leaf_count];
+        let mut ahead = leaves.iter().skip(LEAVES_AHEAD);
+        for &at in leaves {
+            if let Some(&ahead) = ahead.next() {
+                fitter.prefetch(&nodes[usize::from(ahead)]);
             }
             let node = &mut nodes[usize::from(at)];
-            node.container = leaf(node);
+            node.container = fitter.fit(node);
         }
-        self.is_pending.fill(false);
+        let is_pending = &mut self.is_pending[..nodes.len()];
+        is_pending.fill(false);
         let mut pending = Vec::new();
-        for &at in self.interior[..interior_count].iter().rev() {
+        for &at in interior[..interior_count].iter().rev() {
             let at = usize::from(at);
             let first = (nodes[at].first as usize).wrapping_sub(offset);
-            let end = first.wrapping_add(nodes[at].arity() as usize);
-            let is_pending = match self.is_pending.get(first..end).filter(|_| end <= nodes.len()) {
-                Some([left, right]) => left | right,
-                Some(children) => children.contains(&true),
-                None => true,
+            let is_done = match is_pending.get(first..first.wrapping_add(2)) {
+                Some([left, right]) if nodes[at].count == 0 => !(left | right),
+                _ => {
+                    let children = is_pending.get(first..first.wrapping_add(nodes[at].arity() as usize));
+                    children.is_some_and(|children| !children.contains(&true))
+                }
             };
-            if is_pending {
-                self.is_pending[at] = true;
-                pending.push((offset + at) as u32);
+            if is_done {
+                fit_interior.fit(nodes, offset, at);
             } else {
-                interior(nodes, offset, at);
+                is_pending[at] = true;
+                pending.push((offset + at) as u32);
             }
         }
         pending

@@ -39,13 +39,13 @@ pub use partial::{BuiltCosts, GrownParts, partial_rebuild};
 pub use whole_clip::build_for_poses;
 pub use wide::WideRefit;
 
-use bottom_up::fit;
+use bottom_up::{ToChildren, fit};
 use rotate::rotate;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::optimize::{reinsert_worst, write_in_order};
-use crate::tree::{AnyTree, Node};
+use crate::tree::AnyTree;
 use crate::with_tree;
 
 /// Fits all containers of a tree of any arity to its triangles, in the calling thread's rayon pool. `triangles` is the list that the tree
@@ -57,12 +57,12 @@ use crate::with_tree;
 ///
 /// Where the list is shorter than the one that the tree was built from.
 pub fn refit(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, triangles, |_, fitted| fitted, Node::fit_to_children, token))
+    with_tree!(tree, tree => fit(tree, triangles, |_, fitted| fitted, &ToChildren, token))
 }
 
 /// [`refit()`], except that containers keep what they enclosed before: after each moment of a clip, the tree is valid for all of them.
 pub fn grow(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, triangles, |node, fitted| node.container.union(&fitted), Node::fit_to_children, token))
+    with_tree!(tree, tree => fit(tree, triangles, |node, fitted| node.container.union(&fitted), &ToChildren, token))
 }
 
 /// [`refit()`] of a binary tree with at most one rotation of each node, once everything below it is done: a child changes places with a

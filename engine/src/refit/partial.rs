@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::bottom_up::fit;
+use super::bottom_up::{FitInterior as _, ToChildren, fit};
 use crate::aac::ClusterContainer;
 use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
@@ -93,7 +93,7 @@ fn rebuild_grown<C: ClusterContainer>(
 ) -> Result<usize, BuildError> {
     assert!(tree.is_binary(token)?, "partial rebuilds need a binary tree");
     assert_eq!(tree.nodes.len(), built.0.len(), "the costs are those of another tree");
-    fit(tree, triangles, |_, fitted| fitted, Node::fit_to_children, token)?;
+    fit(tree, triangles, |_, fitted| fitted, &ToChildren, token)?;
     let grown = grown_subtrees(tree, &built.0, grown, token)?;
     let fork = token.fork();
     let parts = grown.par_iter().map(|&(node, count)| {
@@ -215,7 +215,7 @@ fn assemble<C: ClusterContainer>(
     // A sphere depends on what it was made of.
     kept.sort_unstable();
     for &place in kept.iter().rev() {
-        Node::fit_to_children(&mut tree.nodes, 0, place);
+        ToChildren.fit(&mut tree.nodes, 0, place);
     }
     Ok((tree, costs))
 }

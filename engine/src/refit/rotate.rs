@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::bottom_up::fit;
+use super::bottom_up::{FitInterior, ToChildren, fit};
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -28,28 +28,35 @@ pub(super) fn rotate<C: ClusterContainer>(
     token: &CancelToken,
 ) -> Result<usize, Cancelled> {
     assert!(tree.is_binary(token)?, "rotations need a binary tree");
-    let count = AtomicUsize::new(0);
-    let fit_and_rotate = |nodes: &mut [Node<C>], offset: usize, index: usize| {
-        Node::fit_to_children(nodes, offset, index);
+    let rotations = Rotations::default();
+    fit(tree, triangles, |_, fitted| fitted, &rotations, token)?;
+    let count = rotations.0.into_inner();
+    if count > 0 {
+        write_in_order(tree, token)?;
+    }
+    Ok(count)
+}
+
+/// Fits nodes and rotates them. Counts the rotations.
+#[derive(Default)]
+struct Rotations(AtomicUsize);
+
+impl<C: ClusterContainer> FitInterior<C> for Rotations {
+    fn fit(&self, nodes: &mut [Node<C>], offset: usize, index: usize) {
+        ToChildren.fit(nodes, offset, index);
         if let Some(Exchange { nodes: [a, b], .. }) = best_exchange(nodes, offset, index) {
             nodes.swap(a, b);
             let first = nodes[index].first as usize - offset;
             for child in [first, first + 1] {
                 if !nodes[child].is_leaf() {
-                    Node::fit_to_children(nodes, offset, child);
+                    ToChildren.fit(nodes, offset, child);
                 }
             }
             // A sphere around two depends on what these were made of.
-            Node::fit_to_children(nodes, offset, index);
-            count.fetch_add(1, Ordering::Relaxed);
+            ToChildren.fit(nodes, offset, index);
+            self.0.fetch_add(1, Ordering::Relaxed);
         }
-    };
-    fit(tree, triangles, |_, fitted| fitted, fit_and_rotate, token)?;
-    let count = count.into_inner();
-    if count > 0 {
-        write_in_order(tree, token)?;
     }
-    Ok(count)
 }
 
 /// The exchange below a node that reduces the areas of its children most; `None` where none does.
@@ -102,7 +109,7 @@ mod tests {
         let mut nodes = vec![interior(1), interior(3), interior(5)];
         nodes.extend(leaves);
         for index in [2, 1, 0] {
-            Node::fit_to_children(&mut nodes, 0, index);
+            ToChildren.fit(&mut nodes, 0, index);
         }
         nodes
     }
@@ -120,7 +127,7 @@ mod tests {
         // ((a b) c) with c beside a: b takes its place.
         let mut nodes = tree([0.0, 9.0, 1.0, 2.0]);
         nodes[2] = leaf(1.0, 2);
-        Node::fit_to_children(&mut nodes, 0, 0);
+        ToChildren.fit(&mut nodes, 0, 0);
         let lifted = best_exchange(&nodes, 0, 0).map(|best| (best.gain, best.nodes));
         // Of length 10 before, of length 2 after.
         assert_eq!(lifted, Some((16.0, [4, 2])));

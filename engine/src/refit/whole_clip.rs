@@ -4,7 +4,7 @@
 //! tree by areas does so for the clip once the area of a node is the mean of those of its boxes in all poses, each over the area of the root
 //! there.
 
-use super::bottom_up::fit;
+use super::bottom_up::{ToChildren, fit};
 use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
@@ -68,7 +68,7 @@ pub fn build_for_poses<P: AsRef<[Triangle]>>(
 }
 
 fn fit_to(tree: &mut AnyTree, pose: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, pose, |_, fitted| fitted, Node::fit_to_children, token))
+    with_tree!(tree, tree => fit(tree, pose, |_, fitted| fitted, &ToChildren, token))
 }
 
 /// The sum of the SAH costs of a tree over all poses, and the tree, fitted to the last.
@@ -93,7 +93,7 @@ fn optimize<const K: usize>(
     let unfitted = |node: &Node<Aabb>| Node { container: [Aabb::EMPTY; K], first: node.first, count: node.count };
     let mut nodes: Vec<Node<[Aabb; K]>> = tree.nodes.iter().map(unfitted).collect();
     for at in 0..K {
-        fit(tree, poses[at * poses.len() / K], |_, fitted| fitted, Node::fit_to_children, token)?;
+        fit(tree, poses[at * poses.len() / K], |_, fitted| fitted, &ToChildren, token)?;
         let root_area = tree.nodes[0].container.half_area();
         // Lengths over the root of the root's area make areas over that area.
         let scale = if root_area > 0.0 && root_area.is_finite() { root_area.sqrt().recip() } else { 1.0 };
