@@ -79,7 +79,7 @@ pub struct Accel {
     pub follow: Follow,
     /// Surface area of each node when it was built, where the tree has kept its nodes since.
     built_areas: Option<Arc<Vec<f32>>>,
-    wide: OnceLock<WideBvh>,
+    wide: OnceLock<Arc<WideBvh>>,
     /// Locked by the thread that makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
     // Derived on request, because the first picture needs none of it.
@@ -237,14 +237,14 @@ impl Accel {
         }
         // Not under the lock: a thread that waits for rayon tasks here may run one that requests the wide tree too.
         match WideBvh::new(&self.tree, &self.scene.triangles, &CancelToken::new()) {
-            Ok(wide) => self.wide.get_or_init(|| wide),
+            Ok(wide) => self.wide.get_or_init(|| Arc::new(wide)),
             Err(Cancelled { .. }) => unreachable!("this token is never cancelled"),
         }
     }
 
     /// The wide tree, if it has been made.
     pub fn known_wide(&self) -> Option<&WideBvh> {
-        self.wide.get()
+        self.wide.get().map(Arc::as_ref)
     }
 
     /// Makes the wide tree in the calling thread's rayon pool, or waits for another thread that is making it. Not for use in
@@ -256,7 +256,7 @@ impl Accel {
             }
             if let Ok(_maker) = self.widening.try_lock() {
                 let wide = WideBvh::new(&self.tree, &self.scene.triangles, token)?;
-                return Ok(self.wide.get_or_init(|| wide));
+                return Ok(self.wide.get_or_init(|| Arc::new(wide)));
             }
             token.check()?;
             std::thread::sleep(WIDENING_POLL_INTERVAL);

@@ -1,7 +1,10 @@
 //! How trees follow a model that moves.
 
 use bvhscope_engine::follow::Policy;
+use bvhscope_engine::settings::BuildSettings;
 use serde::{Deserialize, Serialize};
+
+use crate::scene::Scene;
 
 /// How the tree of a moment is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,6 +24,19 @@ impl Default for Follow {
 impl Follow {
     /// The numbers of frames that are offered.
     pub const FRAMES: [u32; 4] = [10, 25, 50, 100];
+
+    /// Why trees of these settings over a scene cannot follow by a policy; `None` if they can.
+    pub fn refusal(policy: Policy, settings: &BuildSettings, scene: &Scene) -> Option<String> {
+        let changes = scene.motion.as_ref().is_some_and(|motion| !motion.keeps_triangles());
+        if changes && policy != Policy::Rebuild {
+            return Some(format!(
+                "the frames of the sequence have different triangles, so that no tree can follow them by '{}': only '{}' applies",
+                policy.name(),
+                Policy::Rebuild.name()
+            ));
+        }
+        policy.refusal(settings, scene.triangles.len())
+    }
 
     /// The same for trees that are built at each moment, whatever the frames.
     #[must_use]

@@ -65,6 +65,7 @@ impl Accel {
         last.moment = moment;
         let mut accel = Self::with_tree(scene, settings, last.follower.tree().clone(), token)?;
         (accel.report.build_time, accel.follow) = (update.tree_time, follow);
+        accel.wide = Arc::clone(last.follower.wide()).into();
         accel.built_areas.clone_from(&last.built_areas);
         session.last = Some(last);
         Ok(accel)
@@ -129,6 +130,15 @@ fn areas(tree: &AnyTree, token: &CancelToken) -> Result<Vec<f32>, Cancelled> {
 mod tests {
     use super::*;
     use crate::scene::{LoadOptions, SceneSource, load};
+    use bvhscope_engine::glam::Vec3;
+    use bvhscope_engine::{Ray, Triangle};
+
+    /// A ray from outside through the middle of a triangle.
+    fn towards_triangle(triangles: &[Triangle], index: usize) -> Ray {
+        let Triangle { a, b, c } = triangles[index];
+        let middle = (a + b + c) / 3.0;
+        Ray::new(middle + Vec3::new(30.0, 20.0, 10.0), Vec3::new(-3.0, -2.0, -1.0))
+    }
 
     #[test]
     fn a_jump_gives_the_tree_of_following_frame_by_frame() {
@@ -153,6 +163,13 @@ mod tests {
             let back = Accel::follow(&at(2), &settings, follow, &mut session, &token).unwrap();
             assert_eq!(hash(&back), hash(&steps[2]), "{policy:?}, back");
             assert_eq!(back.built_areas().is_some(), keeps_nodes(policy));
+            // Ready to be traced, with the containers and triangles of its own frame.
+            for accel in steps.iter().chain([&jump, &back]) {
+                let wide = accel.known_wide().unwrap();
+                let ray = towards_triangle(&accel.scene.triangles, 17);
+                let expected = accel.tree.closest_hit_indexed(&accel.scene.triangles, &ray);
+                assert!(expected.is_some() && wide.closest_hit(&ray) == expected, "{policy:?}");
+            }
         }
     }
 

@@ -194,6 +194,11 @@ pub fn seconds(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "a time in seconds is expected".to_owned())
 }
 
+/// Parses frames a second.
+pub fn fps(text: &str) -> Result<f32, String> {
+    decimal(text, 0.01, 1000.0)
+}
+
 /// Parses the index of a node.
 pub fn node(text: &str) -> Result<u32, String> {
     whole(text, 0, u32::MAX)

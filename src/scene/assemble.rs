@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
+use super::attributes::Attributes;
 use super::error::{FileLocation, LoadError, Warnings};
 use super::file_camera::Lens;
 use super::file_light::{Lamp, placed};
 use super::material::{Material, Texture};
-use super::model::{Attributes, Scene};
+use super::model::Scene;
 use super::motion::Motion;
 use super::offset::MAX_COORDINATE;
 use super::smooth::SmoothNormals;
@@ -157,6 +158,11 @@ impl Assembly {
     /// Number of entries that the list of normals will have.
     pub(super) fn normal_count(&self) -> usize {
         if self.normals.is_empty() { 0 } else { self.vertex_count }
+    }
+
+    /// The same of the list of tangents.
+    pub(super) fn tangent_count(&self) -> usize {
+        if self.tangents.is_empty() { 0 } else { self.vertex_count }
     }
 
     /// Reserves capacity for `count` more triangles within the budget.

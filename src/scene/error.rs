@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::budget::{Budget, OverBudget};
 use crate::text::{counted, printable, quoted, shown_path};
+use bvhscope_engine::BuildError;
 use bvhscope_engine::tree_file::TreeFileError;
 
 /// A location in a file.
@@ -53,6 +54,16 @@ pub enum LoadError {
         /// Remedy for the user.
         advice: String,
     },
+}
+
+/// Why there is no tree where there is no scene, or no file.
+impl From<LoadError> for BuildError {
+    fn from(error: LoadError) -> Self {
+        match error {
+            LoadError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            LoadError::Unusable { .. } => Self::Refused(error.to_string()),
+        }
+    }
 }
 
 impl LoadError {

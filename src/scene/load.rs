@@ -13,11 +13,13 @@ use super::model::Scene;
 use super::options::LoadOptions;
 use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
+use super::row::FileRow;
 use super::source::SceneSource;
-use super::{builtin, gltf, interior, obj, pbrt, ply, stl, subject, tree_file};
+use super::{builtin, gltf, interior, obj, pbrt, ply, sequence, stl, subject, tree_file};
 use bvhscope_engine::cancel::CancelToken;
 
-/// Loads a scene from a file or makes a built-in one. `token` cancels it and receives the progress.
+/// Loads a scene from a file or a row of numbered files, see [`FileRow`], or makes a built-in one. `token` cancels it and receives the
+/// progress.
 ///
 /// ```
 /// use bvhscope::scene::{LoadOptions, SceneSource, load};
@@ -33,7 +35,10 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
     token.set_progress(0.0);
     let mut scene = match source {
         SceneSource::Builtin { name, size } => builtin::build(name, *size, source, token)?,
-        SceneSource::File(path) => load_file(path, source, options, token)?,
+        SceneSource::File(path) => match FileRow::of(path) {
+            Some(row) => sequence::load(&row, source, options, load_file, token)?,
+            None => load_file(path, source, options, token)?,
+        },
     };
     scene.subject = subject::subject(&scene.triangles, &scene.bounds, token)?;
     scene.interior = interior::find(&scene.triangles, &scene.subject, scene.up, token)?;

@@ -6,6 +6,9 @@
 // Numbers from files are not trusted: no arithmetic on them may wrap or panic.
 #![warn(clippy::arithmetic_side_effects)]
 
+#[allow(clippy::arithmetic_side_effects, reason = "sizes of lists in memory")]
+mod attributes;
+
 mod error;
 
 mod material;
@@ -33,6 +36,11 @@ mod interior;
 
 #[allow(clippy::arithmetic_side_effects, reason = "floats, and indices of lists that were checked when they were made")]
 mod motion;
+
+mod row;
+
+#[allow(clippy::arithmetic_side_effects, reason = "floats, vectors, and sizes of lists in memory")]
+mod sequence;
 
 mod subject;
 
@@ -74,6 +82,7 @@ mod tree_file;
 #[allow(clippy::arithmetic_side_effects, reason = "reads no file; sizes are clamped to the limits in BUILTIN_SCENES")]
 mod builtin;
 
+pub use attributes::Attributes;
 pub use error::{FileLocation, LoadError, Warning, Warnings};
 pub use file_camera::FileCamera;
 pub use file_light::FileLight;
@@ -81,11 +90,13 @@ pub use format::{FILE_FORMATS, FileFormat, FormatInfo, format_names, model_exten
 pub use interior::Interior;
 pub use load::{load, load_bytes};
 pub use material::{Material, Texture, WrapMode};
-pub use model::{Attributes, Scene};
+pub use model::Scene;
 pub use motion::{Clip, Moment, Motion, Pose};
 pub(crate) use offset::Extent;
 pub use options::LoadOptions;
 pub(crate) use read::read_file;
+pub use row::FileRow;
+pub use sequence::FRAMES_PER_SECOND;
 pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};
 pub use tree_file::is_tree_alone;

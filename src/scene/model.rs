@@ -4,8 +4,9 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
+use super::attributes::{Attributes, Surface};
 use super::error::{FileLocation, LoadError, Warnings};
 use super::file_camera::FileCamera;
 use super::file_light::FileLight;
@@ -70,26 +71,6 @@ pub struct Scene {
     pub warnings: Warnings,
 }
 
-/// Vertex attributes, shared by index. All moments of a model share those that do not move.
-#[derive(Debug, Clone, Default)]
-pub struct Attributes {
-    /// Vertex indices of the corners of each triangle, into the lists below.
-    pub corners: Arc<Vec<[u32; 3]>>,
-    /// Unit normals; empty if the file has none. A zero normal stands for the geometric normal of the triangle.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates, v down as in glTF; empty if the file has none.
-    pub uvs: Arc<Vec<Vec2>>,
-    /// Unit tangents along u with the sign of the bitangent as w, as in glTF; empty if the file has none or no surface needs them. A
-    /// zero tangent stands for the direction of u on the triangle.
-    pub tangents: Vec<Vec4>,
-    /// The second set of texture coordinates, of textures whose `uv_set` is 1; empty if none needs it.
-    pub uvs2: Arc<Vec<Vec2>>,
-    /// Linear RGB colours that multiply the material's; empty if the file has none.
-    pub colors: Arc<Vec<Vec3>>,
-    /// Opacities that multiply the material's; empty if the file has none or no surface has holes.
-    pub alphas: Arc<Vec<f32>>,
-}
-
 impl Scene {
     /// A scene of bare triangles with the default material and y up.
     pub fn from_triangles(source: SceneSource, triangles: Vec<Triangle>) -> Self {
@@ -121,7 +102,8 @@ impl Scene {
         }
     }
 
-    /// Whether both are one model, at whatever moments: the same triangles in number and order.
+    /// Whether both are one model, at whatever moments: the same triangles in number and order, unless each frame of a sequence of files
+    /// has its own, see [`Motion::keeps_triangles`].
     pub fn is_same_model(self: &Arc<Self>, other: &Arc<Self>) -> bool {
         let motions = self.motion.as_ref().zip(other.motion.as_ref());
         Arc::ptr_eq(self, other) || motions.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
@@ -149,12 +131,19 @@ impl Scene {
         let mut pose = Pose::default();
         motion.pose(moment, &mut pose, token)?;
         let bounds = pose.bounds();
-        let mut attributes = self.attributes.clone();
-        if let Some(attributes) = &mut attributes {
-            attributes.normals = pose.normals;
-            // Those of the file do not turn with the surface: the direction of u does.
-            attributes.tangents = Vec::new();
-        }
+        let surface = match pose.surface.take() {
+            Some(own) => Surface::clone(&own),
+            None => Surface {
+                attributes: self.attributes.clone().map(|still| Attributes {
+                    normals: pose.normals,
+                    tangents: pose.tangents,
+                    ..still
+                }),
+                material_indices: Arc::clone(&self.material_indices),
+                materials: self.materials.clone(),
+                textures: self.textures.clone(),
+            },
+        };
         let scene = Self {
             source: self.source.clone(),
             triangles: pose.triangles,
@@ -163,10 +152,10 @@ impl Scene {
             cameras: self.cameras.clone(),
             lights: Arc::clone(&self.lights),
             scene_names: self.scene_names.clone(),
-            attributes,
-            material_indices: Arc::clone(&self.material_indices),
-            materials: self.materials.clone(),
-            textures: self.textures.clone(),
+            attributes: surface.attributes,
+            material_indices: surface.material_indices,
+            materials: surface.materials,
+            textures: surface.textures,
             smooth_normals: SmoothNormals::default(),
             motion: Some(Arc::clone(motion)),
             moment: Some(moment),

@@ -1,10 +1,12 @@
 //! Options of loading.
 
 /// Permissions of a loader, and the part of a file that it reads.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// Allows files outside the model's folder to be read.
     pub allow_outside: bool,
     /// The scene of a glTF file, counted from 0; `None` for the file's default. Other files have one scene.
     pub scene: Option<usize>,
+    /// Frames a second of a row of files, above 0; `None` for [`FRAMES_PER_SECOND`](super::FRAMES_PER_SECOND).
+    pub fps: Option<f32>,
 }

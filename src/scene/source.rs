@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::row::FileRow;
 use crate::text::quoted;
 
 /// The source of a scene: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum SceneSource {
-    /// A model file.
+    /// A model file, or a row of numbered ones, see [`FileRow`].
     File(PathBuf),
     /// One of [`BUILTIN_SCENES`].
     Builtin {
@@ -63,6 +64,11 @@ impl SceneSource {
             Self::File(path) => Some(path),
             Self::Builtin { .. } => None,
         }
+    }
+
+    /// Whether there is no such file, and no row of files.
+    pub fn is_missing(&self) -> bool {
+        self.path().is_some_and(|path| !path.exists() && FileRow::of(path).is_none_or(|row| row.is_missing()))
     }
 
     /// The same with an absolute path, by which it is known in another current folder.

@@ -5,7 +5,7 @@ use bvhscope_engine::cancel::CancelToken;
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use crate::gltf_places::{add, corners, floats, skinned};
+use crate::gltf_places::{add, corners, floats, png, skinned, uri};
 use crate::hostile_gltf::{load, triangle};
 
 /// The model at a time of one of its clips.
@@ -403,4 +403,48 @@ fn poses_are_the_same_on_any_number_of_threads_and_in_any_order() {
     };
     assert_eq!(on(1), on(3));
     assert_eq!(on(2)[0], on(2)[2]);
+}
+
+#[test]
+fn cameras_and_lights_that_clips_move_are_counted() {
+    let mut document = triangle();
+    document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]);
+    document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    let carried = json!({"camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}});
+    // One stands still, the other is below the node that moves.
+    let nodes = document["nodes"].as_array_mut().unwrap();
+    nodes.extend([carried.clone(), carried]);
+    document["nodes"][0]["children"] = json!([2]);
+    document["scenes"][0]["nodes"] = json!([0, 1]);
+    silent(&load(&document).unwrap());
+    animate(&mut document, node(0, "translation"), "LINEAR", &[0.0, 1.0], &[0.0; 6], "VEC3");
+    let scene = load(&document).unwrap();
+    let found: Vec<String> = scene.warnings.entries.iter().map(ToString::to_string).collect();
+    let of = |what: &str| format!("1 {what} that clips move shown where the file has them (first at nodes[2])");
+    assert_eq!(found, [of("camera"), of("light")]);
+}
+
+#[test]
+fn tangents_turn_with_the_surface() {
+    let mut document = triangle();
+    let tangents = add(&mut document, 5126, "VEC4", false, 3, &floats(&[1.0, 0.0, 0.0, 1.0].repeat(3)));
+    let normals = add(&mut document, 5126, "VEC3", false, 3, &floats(&[0.0, 0.0, 1.0].repeat(3)));
+    let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+    (attributes["TANGENT"], attributes["NORMAL"]) = (json!(tangents), json!(normals));
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    document["images"] = json!([{"uri": uri(&png())}]);
+    document["textures"] = json!([{"source": 0}]);
+    document["materials"] = json!([{"normalTexture": {"index": 0}}]);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turns = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half];
+    animate(&mut document, node(0, "rotation"), "LINEAR", &[0.0, 1.0], &turns, "VEC4");
+    let scene = load(&document).unwrap();
+    let tangent = |seconds: f32| {
+        let posed = at(&scene, 0, seconds);
+        let attributes = posed.attributes.unwrap();
+        attributes.tangents[attributes.corners[0][0] as usize]
+    };
+    assert_eq!(tangent(0.0), glam::Vec4::new(1.0, 0.0, 0.0, 1.0));
+    assert!(tangent(1.0).distance(glam::Vec4::new(0.0, 1.0, 0.0, 1.0)) < 1e-6, "{}", tangent(1.0));
 }

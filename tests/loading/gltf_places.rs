@@ -26,6 +26,14 @@ pub fn add(document: &mut Value, code: u32, shape: &str, normalized: bool, count
     push(document, "accessors", accessor)
 }
 
+/// An image of one texel: the normal of the surface.
+pub fn png() -> Vec<u8> {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let texel = image::RgbaImage::from_pixel(1, 1, image::Rgba([128, 128, 255, 255]));
+    texel.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    png.into_inner()
+}
+
 pub fn floats(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
@@ -287,11 +295,7 @@ fn tangents_are_read_where_a_map_of_normals_needs_them() {
     document["meshes"][0]["primitives"][0]["material"] = json!(0);
     document["materials"] = json!([{}]);
     assert!(load(&document).unwrap().attributes.unwrap().tangents.is_empty());
-    let mut png = std::io::Cursor::new(Vec::new());
-    image::RgbaImage::from_pixel(1, 1, image::Rgba([128, 128, 255, 255]))
-        .write_to(&mut png, image::ImageFormat::Png)
-        .unwrap();
-    document["images"] = json!([{"uri": uri(png.get_ref())}]);
+    document["images"] = json!([{"uri": uri(&png())}]);
     document["textures"] = json!([{"source": 0}]);
     document["materials"] = json!([{"normalTexture": {"index": 0}}]);
     let scene = load(&document).unwrap();

@@ -7,7 +7,7 @@ use bvhscope_engine::cancel::CancelToken;
 use serde_json::{Value, json};
 
 fn load_at(path: &Path, bytes: &[u8], allow_outside: bool) -> Result<Scene, LoadError> {
-    load_bytes(path, bytes, &LoadOptions { allow_outside, scene: None }, &CancelToken::new())
+    load_bytes(path, bytes, &LoadOptions { allow_outside, ..LoadOptions::default() }, &CancelToken::new())
 }
 
 pub fn load(document: &Value) -> Result<Scene, LoadError> {

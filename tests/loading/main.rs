@@ -35,4 +35,5 @@ mod ply_values;
 mod polygons;
 mod recognition;
 mod scan_warnings;
+mod sequences;
 mod text_forms;

@@ -60,7 +60,7 @@ pub fn paste_state(state: &mut AppState, text: &str) {
 fn with_model_here(state: &AppState, mut shared: SharedState) -> Result<(SharedState, String), String> {
     let source = &shared.wanted.source;
     let label = source.label();
-    let missing = source.path().is_some_and(|path| !path.exists());
+    let missing = source.is_missing();
     if !missing {
         return Ok((shared, format!("The pasted state of {label} is shown; Ctrl+Z undoes its settings")));
     }

@@ -7,6 +7,7 @@ use egui::{
     TextEdit, Ui, WidgetInfo, vec2,
 };
 
+use crate::accel::Follow;
 use crate::app::commands::Action;
 use crate::app::state::{AppState, Playback};
 use crate::app::widgets::{Icon, Tip as _, icon_button, plain_drop_down, refusable_drop_down};
@@ -134,8 +135,9 @@ fn scrub(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
 
 /// The list of policies by which the tree follows the model.
 fn policy(ui: &mut Ui, state: &mut AppState) {
-    let container = state.edited_build().container;
-    let refusal = |policy: Policy| policy.refusal(&BuildSettings::preset(Preset::Fast, container), 0);
+    let settings = BuildSettings::preset(Preset::Fast, state.edited_build().container);
+    let Some(scene) = state.model.loaded.clone() else { return };
+    let refusal = |policy: Policy| Follow::refusal(policy, &settings, &scene);
     let choices = Policy::ALL.map(|policy| (policy, policy.label(), policy.meaning()));
     let width = (ui.available_width() * CLIP_SHARE).clamp(CLIP_WIDTH[0], CLIP_WIDTH[1]);
     let list = ComboBox::from_id_salt("policy").width(width).height(360.0).truncate();

@@ -65,7 +65,7 @@ impl PartialEq for BuildKey {
 impl BuildKey {
     /// Builds the tree, or reads it.
     fn tree(&self, sessions: &mut Sessions, token: &CancelToken) -> Result<Accel, BuildError> {
-        let scene = self.moved(token).map_err(refused)?;
+        let scene = self.moved(token)?;
         match &self.file {
             None if self.follow.policy != Policy::Rebuild => {
                 sessions.build = BuildSession::default();
@@ -75,7 +75,7 @@ impl BuildKey {
                 sessions.follow = FollowSession::default();
                 Accel::build_with_session(&scene, &self.settings, Some(&mut sessions.build), token)
             }
-            Some(path) => Accel::read(&scene, path, token).map_err(refused),
+            Some(path) => Ok(Accel::read(&scene, path, token)?),
         }
     }
 
@@ -93,14 +93,6 @@ impl BuildKey {
 struct Sessions {
     build: BuildSession,
     follow: FollowSession,
-}
-
-/// Why there is no tree where there is no scene, or no file.
-fn refused(error: LoadError) -> BuildError {
-    match error {
-        LoadError::Cancelled(cancelled) => BuildError::Cancelled(cancelled),
-        LoadError::Unusable { .. } => BuildError::Refused(error.to_string()),
-    }
 }
 
 /// A request for a tree.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::accel::Accel;
+use crate::accel::{Accel, Follow};
 use crate::app::shell::build_job::{BuildJob, BuildKey, Built, BuiltTree, start_worker};
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::present::drop_in_background;
@@ -57,7 +57,7 @@ impl BuildRail {
             return Ok(());
         }
         let refusal = match key.file {
-            None => key.follow.policy.refusal(&key.settings, key.scene.triangles.len()),
+            None => Follow::refusal(key.follow.policy, &key.settings, &key.scene),
             Some(_) => None,
         };
         if let Some(current) = self.latest.key() {
@@ -182,7 +182,6 @@ mod tests {
     use bvhscope_engine::settings::BuildSettings;
 
     use super::*;
-    use crate::accel::Follow;
     use crate::app::shell::build_job::BuildJob;
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;

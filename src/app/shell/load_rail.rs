@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::app::shell::file_watch::WatchedFile;
 use crate::app::shell::present::drop_in_background;
-use crate::app::state::{AppState, JobStatus, Request, Severity, preferences};
+use crate::app::state::{AppState, JobStatus, Request, Severity, TreeSide, preferences};
 use crate::app::studies::latest::{Latest, Polled, WorkerPool, report_panic};
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
@@ -15,6 +15,7 @@ use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, lo
 use crate::view::{CameraChoice, NamedView};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::follow::Policy;
 
 /// The inputs of a loaded scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -257,8 +258,13 @@ impl LoadRail {
     }
 }
 
-/// Keeps the wanted moment where the model has its clip.
+/// Keeps the wanted moment where the model has its clip, and the policies where a tree can follow the model.
 fn adopt_moment(scene: &Scene, state: &mut AppState) {
+    if scene.motion.as_ref().is_some_and(|motion| !motion.keeps_triangles()) {
+        for side in TreeSide::ALL {
+            *state.wanted.policy_mut(side) = Policy::Rebuild;
+        }
+    }
     let wanted = state.wanted.moment;
     state.wanted.moment = scene.motion.as_ref().zip(wanted).and_then(|(motion, wanted)| motion.within(wanted));
     if wanted.is_some() && state.wanted.moment.is_none() {

@@ -15,7 +15,8 @@ use crate::app::viewport::screenshot::{self, Screenshot};
 use crate::budget::Budget;
 use crate::export::{cannot_be_written, first_writable, write_new, write_new_with};
 use crate::lab::plot::{PlotFormat, draw};
-use crate::scene::{FileFormat, SceneSource, model_extensions};
+use crate::scene::{FileFormat, FileRow, SceneSource, model_extensions};
+use crate::text::file_name;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree_file::write_tree;
 
@@ -26,6 +27,8 @@ const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
 #[derive(Debug, Clone, Copy)]
 enum Chosen {
     Model,
+    /// One of a row of numbered files, all of which are frames.
+    Sequence,
     Tree(TreeSide),
 }
 
@@ -60,6 +63,16 @@ impl BackgroundTasks {
             self.dialog_open = false;
             match (answer.path, answer.of) {
                 (Some(path), Chosen::Model) => open(SceneSource::File(path), false, reconciler, state),
+                (Some(path), Chosen::Sequence) => match FileRow::pattern_of(&path) {
+                    Some(row) => open(SceneSource::File(row), false, reconciler, state),
+                    None => {
+                        let text = format!(
+                            "{} has no number in its name: choose a file of a row, such as walk_0001.obj",
+                            file_name(&path)
+                        );
+                        state.messages.notify(Severity::Warning, text);
+                    }
+                },
                 (Some(path), Chosen::Tree(side)) => open_tree(side, path, state),
                 (None, of) if answer.after < MIN_DIALOG_TIME => ask_for_path(of, state),
                 (None, _) => {}
@@ -101,6 +114,7 @@ impl BackgroundTasks {
                 Request::OpenTreeDialog(side) => self.open_dialog(Chosen::Tree(side), state),
                 Request::SaveTree => save_tree(self.saved.0.clone(), Arc::clone(&self.wake), state),
                 Request::OpenDialog => self.open_dialog(Chosen::Model, state),
+                Request::OpenSequenceDialog => self.open_dialog(Chosen::Sequence, state),
                 Request::ListFolder(folder) => self.folders.request(folder, Arc::clone(&self.wake)),
                 Request::Reload => reconciler.reload(),
                 Request::CancelJobs => reconciler.cancel(state),
@@ -126,8 +140,9 @@ impl BackgroundTasks {
         }
         let dialog = rfd::AsyncFileDialog::new();
         let (dialog, recent) = match of {
-            Chosen::Model => {
-                let dialog = dialog.set_title("Open a model").add_filter("Models", &model_extensions());
+            Chosen::Model | Chosen::Sequence => {
+                let title = if matches!(of, Chosen::Model) { "Open a model" } else { "Open one of the numbered files" };
+                let dialog = dialog.set_title(title).add_filter("Models", &model_extensions());
                 (dialog, &state.preferences.recent)
             }
             Chosen::Tree(_) => {
@@ -221,13 +236,16 @@ fn perform_actions(state: &mut AppState) {
 
 /// Opens the start page at its path field, because there is no file dialog.
 fn ask_for_path(of: Chosen, state: &mut AppState) {
-    let text = "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path, or drop the file on the window";
+    let marks = if matches!(of, Chosen::Sequence) { " with # for each digit, as in walk_####.obj" } else { "" };
+    let text = format!(
+        "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path{marks}, or drop the file on the window"
+    );
     // The start page repeats it, and a message that stays would cover that.
     state.messages.notify(Severity::Info, text);
     let field = &mut state.layout.path_field;
     field.without_dialog = true;
     field.tree = match of {
-        Chosen::Model => None,
+        Chosen::Model | Chosen::Sequence => None,
         Chosen::Tree(side) => Some(side),
     };
     if field.tree.is_some() {

@@ -17,6 +17,8 @@ use bvhscope_engine::tree::ContainerKind;
 pub enum Action {
     /// Open a model file chosen in a dialog.
     Open,
+    /// Open a row of numbered files, of which one is chosen in a dialog, as frames.
+    OpenSequence,
     /// Open the recent file with this index, newest 0.
     OpenRecent(usize),
     /// Show the scene of the model's file with this index.
@@ -304,6 +306,8 @@ pub enum Request {
     SaveTree,
     /// Open a model chosen in the desktop's file dialog.
     OpenDialog,
+    /// Choose one of a row of numbered files and open them as frames.
+    OpenSequenceDialog,
     /// List models and folders of a folder for the path field.
     ListFolder(PathBuf),
     /// Read the present model again.

@@ -4,9 +4,6 @@ use std::sync::Arc;
 
 use crate::scene::{Clip, Moment, Motion};
 
-/// Seconds from one frame to the next where the user steps from frame to frame: those of `render --frames`.
-pub const FRAME_SECONDS: f32 = 0.04;
-
 /// How time goes on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
@@ -62,13 +59,14 @@ impl Clock<'_> {
     pub fn step(&mut self, forward: bool) {
         let Some((moment, clip)) = self.clip() else { return self.choose_clip(Some(0)) };
         let (start, end) = (clip.start, clip.end);
-        let frame = (moment.seconds - start) / FRAME_SECONDS;
+        let frame_seconds = self.motion.frame_seconds();
+        let frame = (moment.seconds - start) / frame_seconds;
         // The last frame of a clip need not be a whole one.
         let frame = if forward { (frame + 1e-2).floor() + 1.0 } else { (frame - 1e-2).ceil() - 1.0 };
         let seconds = match (forward, self.playback.looped) {
             (true, true) if moment.seconds >= end => start,
             (false, true) if moment.seconds <= start => end,
-            _ => start + FRAME_SECONDS * frame,
+            _ => start + frame_seconds * frame,
         };
         self.go_to(seconds);
     }
@@ -150,7 +148,7 @@ mod tests {
             let mut visited = Vec::new();
             for frame in 1..=50 {
                 clock.step(true);
-                assert!((seconds(clock) - frame as f32 * FRAME_SECONDS).abs() < 1e-5);
+                assert!((seconds(clock) - frame as f32 * clock.motion.frame_seconds()).abs() < 1e-5);
                 visited.push(seconds(clock));
             }
             assert_eq!(seconds(clock), 2.0);

@@ -29,6 +29,9 @@ pub struct LoadArgs {
     /// Scene of a glTF file that has several, counted from 0 [default: the one that the file names]
     #[arg(long, value_name = "N")]
     pub scene: Option<usize>,
+    /// Frames a second of a row of numbered files, as walk_####.obj for walk_0001.obj and so on [default: 24]
+    #[arg(long, value_name = "N", value_parser = values::fps)]
+    pub fps: Option<f32>,
     /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
     #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
     pub memory_limit: Option<MemoryLimit>,

@@ -16,7 +16,7 @@ pub fn threads(requested: Option<usize>) -> usize {
 }
 
 pub fn load(args: &LoadArgs) -> LoadOptions {
-    LoadOptions { allow_outside: args.allow_outside, scene: args.scene }
+    LoadOptions { allow_outside: args.allow_outside, scene: args.scene, fps: args.fps }
 }
 
 /// The error message for passes that do not support one of the containers, if there are any.

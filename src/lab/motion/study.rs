@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::accel::{Accel, EPO_SAMPLES};
+use crate::accel::{Accel, EPO_SAMPLES, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
 use crate::lab::measure::LabError;
 use crate::lab::population::{MeasuredRays, Population, ViewRays};
-use crate::scene::{LoadError, Moment, Motion, Pose, Scene};
+use crate::scene::{Moment, Motion, Pose, Scene};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::{Follower, POSES, Policy, Update};
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
@@ -19,7 +19,7 @@ use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::wide::AnyWideTree;
-use bvhscope_engine::{AnyTree, TreeStats, WideBvh};
+use bvhscope_engine::{AnyTree, BuildError, TreeStats, WideBvh};
 
 /// Frames at most.
 pub const MAX_FRAMES: usize = 10_000;
@@ -60,7 +60,7 @@ impl MotionPlan {
         if self.frames == 0 || self.frames > MAX_FRAMES {
             return Some(format!("1 to {MAX_FRAMES} frames are expected"));
         }
-        self.policies.iter().find_map(|policy| policy.refusal(&self.build, scene.triangles.len()))
+        self.policies.iter().find_map(|&policy| Follow::refusal(policy, &self.build, scene))
     }
 }
 
@@ -124,7 +124,7 @@ impl MotionStudy {
         for follower in followers.iter_mut().filter(|follower| follower.policy() == Policy::Keep) {
             for frame in 0..plan.frames {
                 token.check()?;
-                motion.pose(plan.moment(&motion, frame), &mut pose, token)?;
+                motion.pose(plan.moment(&motion, frame), &mut pose, token).map_err(BuildError::from)?;
                 follower.enclose(&pose.triangles, token)?;
             }
         }
@@ -139,7 +139,7 @@ impl MotionStudy {
         }
         self.next += 1;
         let moment = self.plan.moment(&self.motion, frame);
-        let scene = Arc::new(self.scene.at(moment, token).map_err(of_loading)?);
+        let scene = Arc::new(self.scene.at(moment, token).map_err(BuildError::from)?);
         let mut lists: Vec<Option<Vec<Ray>>> = vec![None; self.plan.rays.len()];
         let mut rows = Vec::with_capacity(self.followers.len());
         for follower in &mut self.followers {
@@ -177,17 +177,10 @@ fn sampled_poses(
     let mut poses = Vec::with_capacity(count);
     for index in 0..count {
         let mut pose = Pose::default();
-        motion.pose(moment_at(motion, plan.clip, index, count), &mut pose, token)?;
+        motion.pose(moment_at(motion, plan.clip, index, count), &mut pose, token).map_err(BuildError::from)?;
         poses.push(pose.triangles);
     }
     Ok(poses)
-}
-
-fn of_loading(error: LoadError) -> LabError {
-    match error {
-        LoadError::Cancelled(cancelled) => LabError::Cancelled(cancelled),
-        error @ LoadError::Unusable { .. } => LabError::Refused(error.to_string()),
-    }
 }
 
 /// A tree of a frame that is measured.

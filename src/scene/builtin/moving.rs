@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::shapes::{Random, paint};
 use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists};
-use crate::scene::error::FileLocation;
+use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::motion::{Clip, Moment, Motion, Mover, Pose};
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
 /// Length of the clips in seconds.
@@ -33,7 +33,7 @@ fn add<M: Mover + 'static>(
     corners: impl Fn(&M, u32) -> [u32; 3],
     assembly: &mut Assembly,
     token: &CancelToken,
-) -> Result<(), Cancelled> {
+) -> Result<(), LoadError> {
     let mut pose = Pose::default();
     mover.pose(Moment { clip: 0, seconds: 0.0 }, &mut pose, token)?;
     let lists = VertexLists { normals: pose.normals.split_off(1.min(pose.normals.len())), ..VertexLists::default() };
@@ -50,14 +50,14 @@ fn add<M: Mover + 'static>(
 }
 
 /// A flag of side 2 in the wind, with about, and at most, `triangles` triangles; at least 2.
-pub(super) fn cloth(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
+pub(super) fn cloth(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     assembly.materials.push(paint("cloth", [0.62, 0.16, 0.14]));
     let cloth = Cloth { cells: (triangles / 2).isqrt().max(1) };
     add(cloth, "wind", Cloth::corners, assembly, token)
 }
 
 /// A ball of radius 1 that flies apart, with about, and at most, `triangles` triangles; at least 8.
-pub(super) fn explosion(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
+pub(super) fn explosion(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
     assembly.materials.push(paint("shard", [0.66, 0.52, 0.30]));
     // As many stacks as half of the slices.
     let slices = triangles.isqrt().max(4);
@@ -100,7 +100,7 @@ impl Mover for Cloth {
         2 * (self.cells * self.cells) as usize
     }
 
-    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
+    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError> {
         let side = self.cells as usize + 1;
         pose.positions.resize(side * side, Vec3::ZERO);
         // The first normal is that of vertices without one.
@@ -113,7 +113,7 @@ impl Mover for Cloth {
             for (column, (position, normal)) in positions.iter_mut().zip(normals).enumerate() {
                 (*position, *normal) = Self::vertex(at(column), at(row), moment.seconds.clamp(0.0, SECONDS));
             }
-            Ok(())
+            Ok::<_, LoadError>(())
         })?;
         let positions = &pose.positions;
         pose.triangles.par_chunks_mut(BATCH_SIZE).enumerate().try_for_each(|(batch, triangles)| {
@@ -179,7 +179,7 @@ impl Mover for Explosion {
         (2 * self.slices * (self.stacks - 1)) as usize
     }
 
-    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
+    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError> {
         pose.triangles.resize(self.triangle_count(), NO_TRIANGLE);
         pose.triangles.par_chunks_mut(1 << 12).enumerate().try_for_each(|(batch, triangles)| {
             token.check()?;

@@ -37,6 +37,13 @@ pub(super) struct Animations {
 }
 
 impl Animations {
+    /// Places of the nodes that clips move.
+    pub(super) fn moved_nodes(&self) -> HashSet<usize> {
+        let is_move =
+            |target: &Target| matches!(target, Target::Translation(_) | Target::Rotation(_) | Target::Scale(_));
+        self.tracks.iter().flatten().map(|track| track.target).filter(is_move).map(Target::node).collect()
+    }
+
     /// Whether a clip hides or shows nodes.
     pub(super) fn change_visibility(&self) -> bool {
         self.tracks.iter().flatten().any(|track| matches!(track.target, Target::Visibility(_)))

@@ -20,7 +20,7 @@ pub(super) struct Camera {
     fov_y: Option<f64>,
     /// Half the height of the view, of an orthographic camera.
     half_height: Option<f64>,
-    nodes: Vec<usize>,
+    pub(super) nodes: Vec<usize>,
 }
 
 /// Takes the cameras out of a repaired document, with the indices that name them.

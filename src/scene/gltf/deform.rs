@@ -12,7 +12,7 @@ use bvhscope_engine::cancel::Cancelled;
 /// Sets of four joints that are read; files with more are not known.
 const MAX_SETS: u32 = 2;
 /// Bytes of a vertex in a morph target.
-const TARGET_BYTES: u64 = 2 * size_of::<Vec3>() as u64;
+const TARGET_BYTES: u64 = 3 * size_of::<Vec3>() as u64;
 
 /// The joints that hold each vertex, and their shares: one list for each set of four; none without a skin.
 pub(super) fn holds(attributes: &mut Attributes) -> Result<Vec<Vec<Hold>>, Cancelled> {
@@ -54,7 +54,10 @@ pub(super) fn holds(attributes: &mut Attributes) -> Result<Vec<Vec<Hold>>, Cance
 }
 
 /// The morph targets; those that cannot be read move nothing.
-pub(super) fn targets<'a>(attributes: &mut Attributes<'a, '_>) -> Result<Vec<MorphTarget>, Cancelled> {
+pub(super) fn targets<'a>(
+    attributes: &mut Attributes<'a, '_>,
+    has_tangents: bool,
+) -> Result<Vec<MorphTarget>, Cancelled> {
     let mut targets = Vec::new();
     let is_vector = |accessor: &Accessor| accessor.width == 3 && accessor.component != DataType::U32;
     for (index, json) in attributes.json.morph_targets().enumerate() {
@@ -73,7 +76,10 @@ pub(super) fn targets<'a>(attributes: &mut Attributes<'a, '_>) -> Result<Vec<Mor
             found.map_or(Ok(Vec::new()), |found| gather.all(&found, |[x, y, z]| Vec3::new(x, y, z)))
         };
         let positions = vectors(json.positions(), "POSITION")?;
-        targets.push(MorphTarget { positions, normals: vectors(json.normals(), "NORMAL")? });
+        let normals = vectors(json.normals(), "NORMAL")?;
+        // Of surfaces without tangents they change nothing.
+        let tangents = if has_tangents { vectors(json.tangents(), "TANGENT")? } else { Vec::new() };
+        targets.push(MorphTarget { positions, normals, tangents });
     }
     Ok(targets)
 }

@@ -12,10 +12,9 @@ use super::primitive::Primitive;
 use super::skin::Skin;
 use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
 use crate::scene::error::{FileLocation, LoadError};
-use crate::scene::motion::{Hold, Shape};
+use crate::scene::motion::{Hold, Shape, Vertices};
 use crate::scene::offset::Extent;
 use crate::scene::read::READ_PROGRESS;
-use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -159,22 +158,18 @@ fn add_primitive(
     let count = shape.positions.len();
     let mut positions = vec![Vec3::ZERO; count];
     let mut normals = vec![Vec3::ZERO; shape.normals.len()];
+    let mut tangents = vec![Vec4::ZERO; shape.tangents.len()];
     for (batch, positions) in positions.chunks_mut(BATCH_SIZE).enumerate() {
         token.check()?;
         let first = batch.saturating_mul(BATCH_SIZE);
-        let normals = normals.get_mut(first..first.saturating_add(positions.len())).unwrap_or_default();
-        shape.place(first, transforms, &one.weights, positions, normals);
+        let range = first..first.saturating_add(positions.len());
+        let normals = normals.get_mut(range.clone()).unwrap_or_default();
+        let tangents = tangents.get_mut(range).unwrap_or_default();
+        shape.place(first, transforms, &one.weights, Vertices { positions, normals, tangents });
     }
-    // The bitangent is mirrored with the surface.
-    let tangent = |(k, tangent): (usize, &Vec4)| {
-        let sign = if shape.is_mirrored(k, transforms) { -1.0 } else { 1.0 };
-        let turned = shape.turned_vector(k, transforms, tangent.truncate());
-        direction(turned).unwrap_or_default().extend(tangent.w * sign)
-    };
-    let tangents = primitive.tangents.iter().enumerate().map(tangent);
     let lists = VertexLists {
         normals,
-        tangents: collect_cancellable(primitive.tangents.len(), tangents, token)?,
+        tangents,
         uvs: collect_cancellable(primitive.uvs.len(), primitive.uvs.iter().copied(), token)?,
         uvs2: collect_cancellable(primitive.uvs2.len(), primitive.uvs2.iter().copied(), token)?,
         colors: collect_cancellable(primitive.colors.len(), primitive.colors.iter().copied(), token)?,

@@ -63,6 +63,7 @@ pub(super) fn load(
     let name = |scene: gltf::Scene<'_>| scene.name().unwrap_or_default().to_owned();
     assembly.scenes = (document.gltf.scenes().map(name).collect(), hierarchy.scene);
     let animations = animation::read(&document, &accessors, &hierarchy.order, &mut assembly.warnings, token)?;
+    rig::count_carried(&document, &hierarchy.order, &animations.moved_nodes(), &mut assembly.warnings, token)?;
     let (copies, order) = plan(path, &document, &accessors, hierarchy, &animations, assembly, token)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);

@@ -23,14 +23,11 @@ use bvhscope_engine::geometry::Aabb;
 /// A decoded primitive in mesh space.
 #[derive(Default)]
 pub(super) struct Primitive {
-    /// Positions and normals, and the joints and morph targets that move them.
+    /// Positions and normals, tangents of surfaces with a map of normals, and the joints and morph targets that move them.
     pub(super) shape: Arc<Shape>,
     /// The box around those of the positions that are finite.
     pub(super) bounds: [Vec3; 2],
-    /// Tangents with the sign of the bitangent, only of surfaces with a map of normals; as the other attributes empty or as long as the
-    /// positions.
-    pub(super) tangents: Vec<Vec4>,
-    /// Texture coordinates.
+    /// Texture coordinates; as the other attributes empty or as long as the positions.
     pub(super) uvs: Vec<Vec2>,
     pub(super) uvs2: Vec<Vec2>,
     pub(super) colors: Vec<Vec3>,
@@ -174,7 +171,7 @@ pub(super) fn read<'a>(
     let material = materials.get(primitive.material).copied().unwrap_or_default();
     read_attributes(&mut primitive, &mut shape, &mut attributes, material)?;
     shape.holds = deform::holds(&mut attributes)?;
-    shape.targets = deform::targets(&mut attributes)?;
+    shape.targets = deform::targets(&mut attributes, !shape.tangents.is_empty())?;
     (primitive.faults, primitive.shape) = (attributes.faults, Arc::new(shape));
     Ok(Decoded::Surface(Box::new(primitive)))
 }
@@ -232,7 +229,7 @@ fn read_attributes(
         && let Some(tangents) =
             attributes.open(&Semantic::Tangents, "tangents", |found| found.width == 4 && is_unit(found))?
     {
-        primitive.tangents = gather.all(&tangents, Vec4::from_array)?;
+        shape.tangents = gather.all(&tangents, Vec4::from_array)?;
     }
     let is_uv = |accessor: &Accessor| accessor.width == 2 && accessor.component != DataType::U32;
     if let Some(uvs) = attributes.open(&Semantic::TexCoords(material.uv_set), "texture coordinates", is_uv)? {

@@ -1,14 +1,17 @@
 //! The model with its clips, as a rig that moves.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::animation::Animations;
 use super::document::Document;
 use super::expand::{Copies, Placed};
 use super::nodes::Ordered;
+use super::table::extension;
 use crate::scene::assemble::Assembly;
+use crate::scene::error::{FileLocation, Warnings};
 use crate::scene::motion::{Motion, Part, Rig, RigNode, RigSkin};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The motion of what was `placed` by the clips of `animations`.
 pub(super) fn motion(
@@ -33,6 +36,7 @@ pub(super) fn motion(
         curves: animations.curves,
         clips: animations.tracks,
         normal_count: assembly.normal_count(),
+        tangent_count: assembly.tangent_count(),
         offset: assembly.offset,
         ..Rig::default()
     };
@@ -63,4 +67,32 @@ pub(super) fn motion(
         });
     }
     Motion::new(animations.clips, Box::new(rig))
+}
+
+/// Counts cameras and lights on nodes that clips move, or below these: all moments show them where the file has them.
+pub(super) fn count_carried(
+    document: &Document,
+    order: &[Ordered],
+    moved: &HashSet<usize>,
+    warnings: &mut Warnings,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    let carriers: HashSet<usize> = document.cameras.iter().flat_map(|camera| camera.nodes.iter().copied()).collect();
+    let mut is_moved = vec![false; order.len()];
+    for (place, ordered) in order.iter().enumerate() {
+        token.check()?;
+        is_moved[place] = moved.contains(&place) || ordered.parent.is_some_and(|parent| is_moved[parent]);
+        if !is_moved[place] {
+            continue;
+        }
+        let location = || FileLocation::Json(format!("nodes[{}]", ordered.node));
+        if carriers.contains(&ordered.node) {
+            warnings.add("cameras that clips move shown where the file has them", location);
+        }
+        let node = document.gltf.nodes().nth(ordered.node);
+        if node.is_some_and(|node| node.extension_value(extension::LIGHTS).is_some()) {
+            warnings.add("lights that clips move shown where the file has them", location);
+        }
+    }
+    Ok(())
 }

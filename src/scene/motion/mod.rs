@@ -1,7 +1,8 @@
 //! Models that move: clips of animation, and the triangles of a model at a moment of one.
 //!
-//! A model keeps its triangles, in number and order, while they move, so that a tree over them can be kept or refitted. A [`Mover`]
-//! writes where they are: a [`rig`] of nodes, skins and morph targets, or a formula of a built-in scene.
+//! A model keeps its triangles, in number and order, while they move, so that a tree over them can be kept or refitted; only a sequence of
+//! files may have others in each frame. A [`Mover`] writes where they are: a [`rig`] of nodes, skins and morph targets, a formula of a
+//! built-in scene, or a row of files.
 
 mod curve;
 mod pose;
@@ -14,14 +15,15 @@ use serde::Serialize;
 
 use crate::text::{counted, quoted};
 
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use super::error::LoadError;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Aabb;
 
 pub(super) use curve::{Curve, Interpolation};
 pub(super) use pose::Mover;
 pub use pose::{Moment, Pose};
 pub(super) use rig::{Local, Part, Rig, RigNode, RigSkin, Target, Track};
-pub(super) use shape::{Hold, MorphTarget, Shape, share};
+pub(super) use shape::{Hold, MorphTarget, Shape, Vertices, share};
 
 /// Names of clips that a message lists.
 const LISTED: usize = 12;
@@ -30,6 +32,8 @@ const LISTED: usize = 12;
 const REACH_MOMENTS: [usize; 2] = [16, 3];
 /// Triangles that are moved at most to measure the reach of a clip, unless it takes the least moments.
 const REACH_TRIANGLES: usize = 4_000_000;
+/// Seconds from one frame to the next of models that move at any time.
+const FRAME_SECONDS: f32 = 0.04;
 
 /// A clip of animation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,6 +75,21 @@ impl Motion {
         Self { clips, mover, reaches }
     }
 
+    /// The same, of which the box around the model during its only clip is known.
+    pub(super) fn within_reach(clip: Clip, mover: Box<dyn Mover>, reach: Aabb) -> Self {
+        Self { clips: vec![clip], mover, reaches: vec![reach.into()] }
+    }
+
+    /// Whether all moments have the same triangles, in number and order, so that a tree can follow them.
+    pub fn keeps_triangles(&self) -> bool {
+        self.mover.keeps_triangles()
+    }
+
+    /// Seconds from one frame to the next: of a sequence its own, of models that move at any time 0.04.
+    pub fn frame_seconds(&self) -> f32 {
+        self.mover.frame_seconds().unwrap_or(FRAME_SECONDS)
+    }
+
     /// Index of the clip with this name, or with this number, counted from 0; of the first where none is named. The error, of a value of
     /// `--clip`, lists the clips.
     pub fn choose(&self, name: Option<&str>) -> Result<usize, String> {
@@ -94,13 +113,17 @@ impl Motion {
     }
 
     /// Writes the model at `moment`, whose clip exists, into `pose`, in the calling thread's rayon pool.
-    pub fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
+    ///
+    /// # Errors
+    ///
+    /// Where the frame is a file that cannot be read again, or is another than it was.
+    pub fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError> {
         self.mover.pose(moment, pose, token)
     }
 
     /// The box around the model during a clip: at moments of equal distance, which may miss what juts out between them. The first
     /// request moves the model as often.
-    pub fn reach(&self, clip: usize, token: &CancelToken) -> Result<Aabb, Cancelled> {
+    pub fn reach(&self, clip: usize, token: &CancelToken) -> Result<Aabb, LoadError> {
         if let Some(reach) = self.reaches[clip].get() {
             return Ok(*reach);
         }

@@ -1,11 +1,15 @@
 //! A moment of a clip, the triangles there, and whatever moves them.
 
-use glam::Vec3;
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::scene::attributes::Surface;
+use crate::scene::error::LoadError;
 use crate::scene::offset::MAX_COORDINATE;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
 /// Triangles that a task bounds.
@@ -27,18 +31,36 @@ pub struct Pose {
     pub triangles: Vec<Triangle>,
     /// Normals of the vertices of [`Attributes`](crate::scene::Attributes); empty where these have none.
     pub normals: Vec<Vec3>,
+    /// Tangents of the same vertices; empty where the model has none.
+    pub(in crate::scene) tangents: Vec<Vec4>,
+    /// The surface, where the frames of the model have their own.
+    pub(in crate::scene) surface: Option<Arc<Surface>>,
     /// Positions of the vertices that the triangles are made of.
     pub(in crate::scene) positions: Vec<Vec3>,
 }
 
 /// Whatever moves the triangles of a model.
 pub(in crate::scene) trait Mover: std::fmt::Debug + Send + Sync {
-    /// Number of triangles.
+    /// Number of triangles; of the frame that has most.
     fn triangle_count(&self) -> usize;
+
+    /// Whether all moments have the same triangles, in number and order.
+    fn keeps_triangles(&self) -> bool {
+        true
+    }
+
+    /// The seconds of a frame, where the model is a sequence of frames.
+    fn frame_seconds(&self) -> Option<f32> {
+        None
+    }
 
     /// Writes the triangles, and the normals where the model has any, at a moment of one of its clips, in the calling thread's rayon
     /// pool. `pose` may hold those of another moment, or nothing.
-    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled>;
+    ///
+    /// # Errors
+    ///
+    /// Where the frame is a file that cannot be read again, or is another than it was.
+    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError>;
 
     /// Bytes in memory.
     fn bytes(&self) -> usize;

@@ -3,12 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DMat4, DQuat, DVec3, Mat4, Vec3};
+use glam::{DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::curve::Curve;
 use super::pose::{Moment, Mover, Pose, keep_usable};
-use super::shape::Shape;
+use super::shape::{Shape, Vertices};
+use crate::scene::error::LoadError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -85,7 +86,7 @@ pub(in crate::scene) struct Part {
     pub(in crate::scene) skin: Option<usize>,
     /// Of the copy, before the transform of the node.
     pub(in crate::scene) transform: DMat4,
-    /// Index of the first of its vertices among those of the scene's normals; `None` where it has no normals.
+    /// Index of the first of its vertices among those of the scene's normals and tangents; `None` where it has no normals.
     pub(in crate::scene) first_normal: Option<usize>,
     /// Its triangles in the scene.
     pub(in crate::scene) triangles: Range<usize>,
@@ -125,6 +126,8 @@ pub(in crate::scene) struct Rig {
     pub(in crate::scene) clips: Vec<Vec<Track>>,
     /// Length of the list of the scene's normals; 0 where it has none.
     pub(in crate::scene) normal_count: usize,
+    /// The same of the list of tangents.
+    pub(in crate::scene) tangent_count: usize,
     /// Subtracted from all coordinates.
     pub(in crate::scene) offset: DVec3,
 }
@@ -210,9 +213,7 @@ struct Task<'a> {
     part: usize,
     /// Index of the first vertex in the part.
     first: usize,
-    positions: &'a mut [Vec3],
-    /// Empty where they are not wanted.
-    normals: &'a mut [Vec3],
+    vertices: Vertices<'a>,
 }
 
 impl Mover for Rig {
@@ -220,21 +221,24 @@ impl Mover for Rig {
         self.corners.len()
     }
 
-    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), Cancelled> {
+    fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError> {
         token.check()?;
         let Bones { worlds, is_visible, weights } = self.bones(moment);
         let transforms = self.transforms(&worlds);
         let vertex_count = self.parts.iter().map(|part| part.shape.positions.len()).sum();
         pose.positions.resize(vertex_count, Vec3::ZERO);
         pose.normals.resize(self.normal_count, Vec3::ZERO);
+        pose.tangents.resize(self.tangent_count, Vec4::ZERO);
         pose.triangles.resize(self.corners.len(), NO_TRIANGLE);
-        let tasks = self.tasks(&mut pose.positions, &mut pose.normals);
-        tasks.into_par_iter().try_for_each(|Task { part, first, positions, normals }| {
+        let tasks = self.tasks(&mut pose.positions, &mut pose.normals, &mut pose.tangents);
+        tasks.into_par_iter().try_for_each(|Task { part, first, vertices }| {
             token.check()?;
             let Part { shape, node, .. } = &self.parts[part];
-            shape.place(first, &transforms[part], &weights[*node], positions, normals);
+            let Vertices { positions, normals, tangents } = vertices;
+            let vertices = Vertices { positions: &mut *positions, normals, tangents };
+            shape.place(first, &transforms[part], &weights[*node], vertices);
             keep_usable(positions);
-            Ok(())
+            Ok::<_, Cancelled>(())
         })?;
         let mut first_vertex = 0;
         for part in &self.parts {
@@ -256,7 +260,7 @@ impl Mover for Rig {
                         (triangle.b, triangle.c) = (triangle.a, triangle.a);
                     }
                 }
-                Ok(())
+                Ok::<_, Cancelled>(())
             })?;
         }
         Ok(())
@@ -275,27 +279,41 @@ impl Mover for Rig {
 
 impl Rig {
     /// The lists of vertices, cut into tasks.
-    fn tasks<'a>(&self, mut positions: &'a mut [Vec3], mut normals: &'a mut [Vec3]) -> Vec<Task<'a>> {
-        let (mut tasks, mut next_normal) = (Vec::new(), 0);
-        for (index, part) in self.parts.iter().enumerate() {
-            let count = part.shape.positions.len();
-            let (own, others) = positions.split_at_mut(count);
-            positions = others;
-            let own_normals = match part.first_normal {
-                Some(first) => {
-                    let (own, others) = normals[first - next_normal..].split_at_mut(count);
-                    (normals, next_normal) = (others, first + count);
-                    own
-                }
-                None => &mut [],
-            };
-            let mut normals = own_normals;
-            for (task, positions) in own.chunks_mut(VERTICES_PER_TASK).enumerate() {
-                let (own, others) = normals.split_at_mut(positions.len().min(normals.len()));
-                normals = others;
-                tasks.push(Task { part: index, first: task * VERTICES_PER_TASK, positions, normals: own });
+    fn tasks<'a>(
+        &self,
+        mut positions: &'a mut [Vec3],
+        mut normals: &'a mut [Vec3],
+        mut tangents: &'a mut [Vec4],
+    ) -> Vec<Task<'a>> {
+        let (mut tasks, mut next) = (Vec::new(), 0);
+        for (part, Part { shape, first_normal, .. }) in self.parts.iter().enumerate() {
+            let count = shape.positions.len();
+            let (mut own_normals, mut own_tangents): (&mut [Vec3], &mut [Vec4]) = (&mut [], &mut []);
+            if let Some(first) = *first_normal {
+                take(&mut normals, first - next);
+                take(&mut tangents, first - next);
+                own_normals = take(&mut normals, count);
+                own_tangents = take(&mut tangents, count);
+                next = first + count;
+            }
+            if shape.tangents.is_empty() {
+                own_tangents = &mut [];
+            }
+            for (task, positions) in take(&mut positions, count).chunks_mut(VERTICES_PER_TASK).enumerate() {
+                let count = positions.len();
+                let (normals, tangents) = (take(&mut own_normals, count), take(&mut own_tangents, count));
+                let vertices = Vertices { positions, normals, tangents };
+                tasks.push(Task { part, first: task * VERTICES_PER_TASK, vertices });
             }
         }
         tasks
     }
+}
+
+/// Splits the first `count` elements off a list; none off an empty one.
+fn take<'a, T>(list: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(list.len());
+    let (own, others) = std::mem::take(list).split_at_mut(count);
+    *list = others;
+    own
 }

@@ -1,6 +1,8 @@
 //! The vertices of a mesh as its file has them, and where joints and morph targets move them.
 
-use glam::{Mat4, Vec3, Vec3A};
+use glam::{Mat4, Vec3, Vec3A, Vec4};
+
+use crate::vectors::direction;
 
 /// Joints that hold a vertex, and their shares.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +20,8 @@ pub(in crate::scene) struct MorphTarget {
     pub(in crate::scene) positions: Vec<Vec3>,
     /// Changes of normals; empty where they stay.
     pub(in crate::scene) normals: Vec<Vec3>,
+    /// Changes of the directions of tangents; empty where they stay.
+    pub(in crate::scene) tangents: Vec<Vec3>,
 }
 
 /// Vertices in mesh space.
@@ -26,9 +30,20 @@ pub(in crate::scene) struct Shape {
     pub(in crate::scene) positions: Vec<Vec3>,
     /// Normals; empty or one for each position.
     pub(in crate::scene) normals: Vec<Vec3>,
+    /// Tangents with the sign of the bitangent; empty or one for each position.
+    pub(in crate::scene) tangents: Vec<Vec4>,
     /// The joints of each vertex, one list for each four joints that may hold one; none for a mesh without a skin.
     pub(in crate::scene) holds: Vec<Vec<Hold>>,
     pub(in crate::scene) targets: Vec<MorphTarget>,
+}
+
+/// Vertices of a shape in a row, to be written.
+pub(in crate::scene) struct Vertices<'a> {
+    pub(in crate::scene) positions: &'a mut [Vec3],
+    /// One for each position; empty where they are not wanted.
+    pub(in crate::scene) normals: &'a mut [Vec3],
+    /// As the normals.
+    pub(in crate::scene) tangents: &'a mut [Vec4],
 }
 
 /// Columns of an affine transform.
@@ -57,6 +72,12 @@ fn turned([x, y, z, _]: Columns, scale: f32, normal: Vec3) -> Vec3 {
     (turned * 1.0_f32.copysign(x.dot(yz))).normalize_or_zero().into()
 }
 
+/// A tangent turned and stretched with the surface, of unit length; its bitangent is mirrored with it. Zero where that has no direction.
+fn turned_tangent([x, y, z, _]: Columns, tangent: Vec4) -> Vec4 {
+    let turned = x * tangent.x + y * tangent.y + z * tangent.z;
+    direction(turned.into()).unwrap_or_default().extend(tangent.w * 1.0_f32.copysign(x.dot(y.cross(z))))
+}
+
 /// The reciprocal of the largest element of the linear parts of `transforms`.
 fn scale_of(transforms: &[Mat4]) -> f32 {
     let elements = transforms.iter().flat_map(|m| [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().abs()));
@@ -64,22 +85,19 @@ fn scale_of(transforms: &[Mat4]) -> f32 {
 }
 
 impl Shape {
-    /// Writes the vertices from `first` on into `positions` and their normals into `normals`, which is empty where they are not wanted.
+    /// Writes the vertices from `first` on.
     ///
     /// `transforms` lead from mesh space to the scene: one of the mesh, or one of each joint, which must exist for all joints of
     /// [`Shape::holds`]. `weights` are those of the morph targets; missing ones are 0.
-    pub(in crate::scene) fn place(
-        &self,
-        first: usize,
-        transforms: &[Mat4],
-        weights: &[f32],
-        positions: &mut [Vec3],
-        normals: &mut [Vec3],
-    ) {
+    pub(in crate::scene) fn place(&self, first: usize, transforms: &[Mat4], weights: &[f32], vertices: Vertices<'_>) {
+        let Vertices { positions, normals, tangents } = vertices;
         let range = first..first + positions.len();
         positions.copy_from_slice(&self.positions[range.clone()]);
         if !normals.is_empty() {
             normals.copy_from_slice(&self.normals[range.clone()]);
+        }
+        if !tangents.is_empty() {
+            tangents.copy_from_slice(&self.tangents[range.clone()]);
         }
         for (target, &weight) in self.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
             let add = |list: &mut [Vec3], moves: &[Vec3]| {
@@ -89,20 +107,24 @@ impl Shape {
             };
             add(positions, &target.positions);
             add(normals, &target.normals);
+            if let Some(moves) = target.tangents.get(range.clone()) {
+                tangents.iter_mut().zip(moves).for_each(|(tangent, change)| *tangent += (*change * weight).extend(0.0));
+            }
         }
+        let vertices = Vertices { positions, normals, tangents };
         let scale = scale_of(transforms);
         let is_held = transforms.len() > 1;
         match &self.holds[..] {
             [holds] if is_held => {
                 let holds = &holds[range];
-                apply(positions, normals, scale, |k| blend(transforms, [Vec3A::ZERO; 4], &holds[k]));
+                apply(vertices, scale, |k| blend(transforms, [Vec3A::ZERO; 4], &holds[k]));
             }
             [_, ..] if is_held => {
-                apply(positions, normals, scale, |k| self.blend_all(first + k, transforms));
+                apply(vertices, scale, |k| self.blend_all(first + k, transforms));
             }
             _ => {
                 let columns = columns(&transforms[0]);
-                apply(positions, normals, scale, |_| columns);
+                apply(vertices, scale, |_| columns);
             }
         }
     }
@@ -114,15 +136,6 @@ impl Shape {
         }
         let [x, y, z, _] = self.blend_all(vertex, transforms);
         x.dot(y.cross(z)) < 0.0
-    }
-
-    /// A vector of a vertex, turned and stretched as [`Shape::place`] does with the surface.
-    pub(in crate::scene) fn turned_vector(&self, vertex: usize, transforms: &[Mat4], vector: Vec3) -> Vec3 {
-        if transforms.len() == 1 || self.holds.is_empty() {
-            return transforms[0].transform_vector3(vector);
-        }
-        let [x, y, z, _] = self.blend_all(vertex, transforms);
-        (x * vector.x + y * vector.y + z * vector.z).into()
     }
 
     /// The transform of a vertex by the joints of all sets.
@@ -157,9 +170,10 @@ impl Shape {
     /// Bytes in memory.
     pub(in crate::scene) fn bytes(&self) -> usize {
         let vectors = |list: &[Vec3]| size_of_val(list);
-        let targets: usize = self.targets.iter().map(|one| vectors(&one.positions) + vectors(&one.normals)).sum();
+        let of_target = |one: &MorphTarget| vectors(&one.positions) + vectors(&one.normals) + vectors(&one.tangents);
+        let targets: usize = self.targets.iter().map(of_target).sum();
         let holds: usize = self.holds.iter().map(|holds| size_of_val(&holds[..])).sum();
-        vectors(&self.positions) + vectors(&self.normals) + holds + targets
+        vectors(&self.positions) + vectors(&self.normals) + size_of_val(&self.tangents[..]) + holds + targets
     }
 }
 
@@ -183,9 +197,11 @@ fn blend(transforms: &[Mat4], sum: Columns, hold: &Hold) -> Columns {
     })
 }
 
-/// Moves vertices and turns their normals, where there are any, each by a transform of its own.
+/// Moves vertices and turns their normals and tangents, where there are any, each by a transform of its own.
 #[inline]
-fn apply(positions: &mut [Vec3], normals: &mut [Vec3], scale: f32, transform: impl Fn(usize) -> Columns) {
+fn apply(vertices: Vertices<'_>, scale: f32, transform: impl Fn(usize) -> Columns) {
+    let Vertices { positions, normals, tangents } = vertices;
+    tangents.iter_mut().enumerate().for_each(|(k, tangent)| *tangent = turned_tangent(transform(k), *tangent));
     if normals.is_empty() {
         positions.iter_mut().enumerate().for_each(|(k, position)| *position = moved(transform(k), *position));
         return;
@@ -207,13 +223,45 @@ mod tests {
 
     /// A vertex at (1, 0, 0) with a normal along x.
     fn shape(holds: Vec<Vec<Hold>>) -> Shape {
-        Shape { positions: vec![Vec3::X], normals: vec![Vec3::X], holds, targets: Vec::new() }
+        let tangents = vec![Vec4::new(0.0, 1.0, 0.0, 1.0)];
+        Shape { positions: vec![Vec3::X], normals: vec![Vec3::X], tangents, holds, targets: Vec::new() }
     }
 
     fn placed(shape: &Shape, transforms: &[Mat4], weights: &[f32]) -> [Vec3; 2] {
         let (mut position, mut normal) = ([Vec3::ZERO], [Vec3::ZERO]);
-        shape.place(0, transforms, weights, &mut position, &mut normal);
+        let vertices = Vertices { positions: &mut position, normals: &mut normal, tangents: &mut [] };
+        shape.place(0, transforms, weights, vertices);
         [position[0], normal[0]]
+    }
+
+    fn placed_tangent(shape: &Shape, transforms: &[Mat4], weights: &[f32]) -> Vec4 {
+        let (mut position, mut tangent) = ([Vec3::ZERO], [Vec4::ZERO]);
+        let vertices = Vertices { positions: &mut position, normals: &mut [], tangents: &mut tangent };
+        shape.place(0, transforms, weights, vertices);
+        tangent[0]
+    }
+
+    #[test]
+    fn tangents_lie_along_moved_surfaces_and_bitangents_are_mirrored_with_them() {
+        let near = |found: Vec4, expected: Vec4| assert!(found.distance(expected) < 1e-6, "{found}");
+        let quarter = Mat4::from_quat(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2));
+        // Along y, and a quarter turn takes y to -x.
+        near(placed_tangent(&shape(Vec::new()), &[quarter], &[]), Vec4::new(-1.0, 0.0, 0.0, 1.0));
+        let mirrored = Mat4::from_scale(Vec3::new(-3.0, 1.0, 1.0));
+        near(placed_tangent(&shape(Vec::new()), &[mirrored], &[]), Vec4::new(0.0, 1.0, 0.0, -1.0));
+        // Half by a joint that turns it and half by one that stays.
+        let held = shape(vec![vec![hold([0, 1, 0, 0], [0.5, 0.5, 0.0, 0.0])]]);
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        near(placed_tangent(&held, &[quarter, Mat4::IDENTITY], &[]), Vec4::new(-half, half, 0.0, 1.0));
+        // A slope stretched along x: (1, 1, 0) becomes (2, 1, 0).
+        let slope = Shape { tangents: vec![Vec4::new(half, half, 0.0, -1.0)], ..shape(Vec::new()) };
+        let along = Vec3::new(2.0, 1.0, 0.0).normalize();
+        near(placed_tangent(&slope, &[Mat4::from_scale(Vec3::new(2.0, 1.0, 1.0))], &[]), along.extend(-1.0));
+        // Half of a target that turns it by a right angle.
+        let target = MorphTarget { tangents: vec![Vec3::new(1.0, -1.0, 0.0)], ..MorphTarget::default() };
+        let morphed = Shape { targets: vec![target], ..shape(Vec::new()) };
+        near(placed_tangent(&morphed, &[Mat4::IDENTITY], &[0.5]), Vec4::new(half, half, 0.0, 1.0));
+        near(placed_tangent(&morphed, &[Mat4::from_scale(Vec3::ZERO)], &[0.5]), Vec4::new(0.0, 0.0, 0.0, 1.0));
     }
 
     #[test]
@@ -257,7 +305,8 @@ mod tests {
 
     #[test]
     fn morph_targets_add_up_and_missing_weights_are_zero() {
-        let target = |by: Vec3, turn: Vec<Vec3>| MorphTarget { positions: vec![by], normals: turn };
+        let target =
+            |by: Vec3, turn: Vec<Vec3>| MorphTarget { positions: vec![by], normals: turn, tangents: Vec::new() };
         let mut shape = shape(Vec::new());
         shape.targets =
             vec![target(Vec3::Y, vec![Vec3::Y]), target(Vec3::Z * 2.0, Vec::new()), target(Vec3::X, Vec::new())];

@@ -14,6 +14,7 @@ pub fn sections() -> Vec<(&'static str, Vec<Sample>)> {
         ("OBJ", obj()),
         ("glTF", gltf()),
         ("PBRT", pbrt()),
+        ("Rows of numbered files", rows()),
         ("Tree files", tree_files()),
         ("Memory", memory()),
         ("Command line", command_line()),
@@ -37,6 +38,20 @@ fn any_file() -> Vec<Sample> {
         file("binary data", "a.bin", b"\xFB\x01\x02\x03\x04"),
         file("binary data called PLY", "a.ply", b"\xFB\x01\x02\x03\x04"),
         file("another model format than the name says", "a.ply", OBJ),
+    ]
+}
+
+fn rows() -> Vec<Sample> {
+    // The pattern is the name of no file.
+    let row = |what: &str| file(&format!("{what} (the pattern does not exist as a file)"), "w_##.obj", "");
+    let moved = OBJ.replace("v 0 0 0", "v 0 0 1");
+    vec![
+        row("no file of the row"),
+        row("a missing frame").beside("w_01.obj", OBJ).beside("w_02.obj", &moved).beside("w_04.obj", OBJ),
+        row("a frame of other triangles").beside("w_01.obj", OBJ).beside("w_02.obj", format!("{OBJ}f 1 2 3\n")),
+        row("a broken frame").beside("w_01.obj", OBJ).beside("w_02.obj", "f 1 2 9\n").beside("w_03.obj", &moved),
+        row("a broken first frame").beside("w_01.obj", "f 1 2 9\n").beside("w_02.obj", OBJ),
+        file("a row in a folder that does not exist", "gone/w_##.obj", ""),
     ]
 }
 
@@ -324,7 +339,7 @@ fn command_line() -> Vec<Sample> {
         command("a time of a model that stands still", "render builtin:cornell -o a.png --time 1"),
         command("no such clip", "render builtin:walker:500 -o a.png --clip swim"),
         command("times that are none", "render builtin:walker:500 -o a.gif --frames 2..1"),
-        command("a film of another format", "render builtin:walker:500 -o a.png --frames 0..1:0.5"),
+        command("a film of another format", "render builtin:walker:500 -o a.jpg --frames 0..1:0.5"),
         command("a memory limit that is none", "info --memory-limit=lots"),
         command("a picture of another format", "render builtin:cornell -o a.bmp"),
         command("a folder that does not exist", "render builtin:cornell -o missing/a.png"),

@@ -17,6 +17,13 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             },
             |state, _| state.activity.requests.push(Request::OpenDialog),
         ),
+        one(
+            Action::OpenSequence,
+            "Open sequence…",
+            "Open a row of numbered files, such as walk_0001.obj and those after it, as the frames of a clip",
+            &[],
+            |state, _| state.activity.requests.push(Request::OpenSequenceDialog),
+        ),
         one(Action::Reload, "Reload", "Read the model from its file again", &[(NONE, Key::F5)], |state, _| {
             state.activity.requests.push(Request::Reload);
         }),

@@ -169,11 +169,10 @@ fn add_study(studies: &mut Studies) -> std::io::Result<()> {
 
 /// The rows of each policy that takes the settings, frame by frame.
 fn measure(accel: &Arc<Accel>, inputs: &MotionInputs, token: &CancelToken) -> Result<MotionCurves, Cancelled> {
-    let count = accel.scene.triangles.len();
-    let policies: Vec<Policy> =
-        Policy::ALL.into_iter().filter(|policy| policy.refusal(&inputs.build, count).is_none()).collect();
+    let applies = |policy: &Policy| Follow::refusal(*policy, &inputs.build, &accel.scene).is_none();
+    let policies: Vec<Policy> = Policy::ALL.into_iter().filter(applies).collect();
     if policies.is_empty() {
-        return Ok(Err(inputs.build.refusal(count).unwrap_or_default()));
+        return Ok(Err(inputs.build.refusal(accel.scene.triangles.len()).unwrap_or_default()));
     }
     let (frames, plan) = (inputs.frames as usize, plan_of(inputs, policies.clone()));
     let mut curves: Vec<PolicyCurve> =
