@@ -10,6 +10,7 @@ mod tests {
 
     use super::super::args::{Cli, CommandArgs};
     use super::super::resolve;
+    use crate::accel::Follow;
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, CompareView, Preferences, SecondTree, Wanted};
     use crate::catalog::settings::{SETTINGS, Value};
@@ -17,6 +18,7 @@ mod tests {
     use crate::headless::{MomentChoice, Times};
     use crate::scene::{LoadOptions, Moment, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
+    use bvhscope_engine::follow::Policy;
     use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
     use bvhscope_engine::tree::ContainerKind;
 
@@ -72,12 +74,22 @@ mod tests {
             clip: (clip > 0).then(|| state.motion().unwrap().clips[clip].name.clone()),
         };
         state.wanted.moment = Some(Moment { clip, seconds: 0.25 });
-        let parsed = |state: &AppState| Cli::try_parse_from(shell_words(&command_line(state))).unwrap().command;
+        let parsed = |state: &AppState| {
+            let line = command_line(state);
+            let command = line.split(" # ").next().unwrap();
+            Cli::try_parse_from(shell_words(command)).unwrap().command
+        };
         let Some(CommandArgs::Render(args)) = parsed(&state) else { panic!("one tree is rendered") };
-        assert_eq!(resolve::render(args).unwrap().moments, moment);
+        let job = resolve::render(args).unwrap();
+        assert_eq!((job.moments, job.follow), (moment.clone(), Follow::default()));
+        state.wanted.follow = Follow { policy: Policy::Rotate, frames: 50 };
+        let Some(CommandArgs::Render(args)) = parsed(&state) else { panic!("one tree is rendered") };
+        assert_eq!(resolve::render(args).unwrap().follow, state.wanted.follow);
         state.wanted.second = Some(SecondTree::new(state.wanted.build));
         let Some(CommandArgs::Diff(args)) = parsed(&state) else { panic!("two trees are compared") };
         assert_eq!(resolve::diff(args).moments, moment);
+        let line = command_line(&state);
+        assert!(line.ends_with(" # without the policy of A"), "{line}");
     }
 
     /// The words of a command line as a shell splits them, with single quotes only.

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+#[cfg(feature = "gui")]
+use std::time::Duration;
 
 #[cfg(feature = "gui")]
 use super::cluster_artist::{Artist, KEYS};
@@ -28,9 +30,9 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::settings::BuildSettings;
 
-/// Time that the last frame of a film is shown, in hundredths of a second.
+/// Time that the last frame of a film is shown.
 #[cfg(feature = "gui")]
-const LAST_FRAME: u16 = 250;
+const LAST_FRAME: Duration = Duration::from_millis(2500);
 
 /// Settings of `merges`.
 #[derive(Debug, Clone)]
@@ -118,7 +120,7 @@ fn write_film(
         token.set_progress(at as f32 / count as f32);
         artist.draw(step)
     });
-    let delay = (100 / command.rate.max(1)) as u16;
+    let delay = Duration::from_millis(u64::from(100 / command.rate.max(1)) * 10);
     let film = Film { output: &command.output, size_px: size, count, delays: [delay, LAST_FRAME] };
     film.write(read, &mut drawn, token)?;
     note_written(&command.output, &format!("{count} frames of {}×{} pixels", size[0], size[1]));

@@ -14,36 +14,35 @@ const MAX_FRAMES: f32 = 10_000.0;
 pub enum Times {
     /// A single one.
     At(f32),
-    /// From the first to the second, so many seconds apart.
-    Range([f32; 2], f32),
+    /// From the first to the second, so many seconds apart; `None` for one of each frame.
+    Range([f32; 2], Option<f32>),
 }
 
 impl Times {
-    /// Parses `A..B` or `A..B:STEP`, in seconds; without a step there are 25 a second.
+    /// Parses `A..B` or `A..B:STEP`, in seconds.
     pub fn parse_range(text: &str) -> Result<Self, String> {
         let expected = || {
             format!(
                 "times in seconds A..B:STEP with A <= B and at most {MAX_FRAMES} steps are expected, as in 0..2:0.04"
             )
         };
-        let (range, step) = text.split_once(':').unwrap_or((text, "0.04"));
-        let numbers = range.split_once("..").and_then(|(from, to)| {
-            let numbers: [f32; 3] = [from.parse().ok()?, to.parse().ok()?, step.parse().ok()?];
-            Some(numbers)
-        });
-        match numbers {
-            Some([from, to, step]) if from <= to && step > 0.0 && to - from <= step * MAX_FRAMES => {
-                Ok(Self::Range([from, to], step))
-            }
-            _ => Err(expected()),
-        }
+        let (range, step) = match text.split_once(':') {
+            Some((range, step)) => (range, Some(step.parse().map_err(|_| expected())?)),
+            None => (text, None),
+        };
+        let ends = range.split_once("..").and_then(|(from, to)| Some([from.parse().ok()?, to.parse().ok()?]));
+        let [from, to]: [f32; 2] = ends.ok_or_else(expected)?;
+        let has_room = |step: f32| step > 0.0 && to - from <= step * MAX_FRAMES;
+        let is_sound = from <= to && step.map_or((to - from).is_finite(), has_room);
+        if is_sound { Ok(Self::Range([from, to], step)) } else { Err(expected()) }
     }
 
-    /// The times, in order.
-    fn seconds(self) -> Vec<f32> {
+    /// The times, in order, of a model whose frames are so many seconds apart.
+    fn seconds(self, frame_seconds: f32) -> Vec<f32> {
         match self {
             Self::At(seconds) => vec![seconds],
             Self::Range([from, to], step) => {
+                let step = step.unwrap_or(frame_seconds).max((to - from) / MAX_FRAMES);
                 // Rounding should not lose the last.
                 let count = ((to - from) / step + 1e-3).floor() as u32;
                 (0..=count).map(|frame| from + step * frame as f32).collect()
@@ -62,11 +61,17 @@ pub struct MomentChoice {
 }
 
 impl MomentChoice {
-    /// The seconds between frames, where there are several.
-    pub(super) fn step(&self) -> Option<f32> {
-        match self.times {
-            Some(Times::Range(_, step)) => Some(step),
-            _ => None,
+    /// Several moments make a film.
+    pub(super) fn is_film(&self) -> bool {
+        matches!(self.times, Some(Times::Range(..)))
+    }
+
+    /// The seconds between the frames of a film of `scene`.
+    pub(super) fn step(&self, scene: &Scene) -> f32 {
+        match (self.times, &scene.motion) {
+            (Some(Times::Range(_, Some(step))), _) => step,
+            (_, Some(motion)) => motion.frame_seconds(),
+            (_, None) => 0.0,
         }
     }
 
@@ -91,7 +96,8 @@ impl MomentChoice {
             )));
         };
         let clip = motion.choose(self.clip.as_deref()).map_err(Failure::Failed)?;
-        let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], Times::seconds);
+        let at = |times: Times| times.seconds(motion.frame_seconds());
+        let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], at);
         Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())
     }
 }
@@ -102,7 +108,7 @@ mod tests {
 
     #[test]
     fn ranges_have_both_ends_and_a_step() {
-        let seconds = |text: &str| Times::parse_range(text).map(Times::seconds);
+        let seconds = |text: &str| Times::parse_range(text).map(|times| times.seconds(0.04));
         assert_eq!(seconds("0..1:0.25"), Ok(vec![0.0, 0.25, 0.5, 0.75, 1.0]));
         assert_eq!(seconds("0.5..1.2:0.5"), Ok(vec![0.5, 1.0]));
         assert_eq!(seconds("3..3:1"), Ok(vec![3.0]));

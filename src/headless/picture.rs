@@ -241,11 +241,7 @@ pub fn write_png(
 /// Encodes sRGB pixels as a PNG; fails when cancelled.
 fn encode_png(writer: &mut dyn Write, size_px: [u32; 2], rgba: &[[u8; 4]], token: &CancelToken) -> Result<(), String> {
     let encode = |writer: &mut dyn Write| -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Fast);
-        let mut header = encoder.write_header()?;
+        let mut header = png_encoder(writer, size_px).write_header()?;
         let mut stream = header.stream_writer_with_size(1 << 16)?;
         for chunk in rgba.chunks(1 << 16) {
             token.check().map_err(std::io::Error::other)?;
@@ -254,8 +250,22 @@ fn encode_png(writer: &mut dyn Write, size_px: [u32; 2], rgba: &[[u8; 4]], token
         stream.finish()?;
         header.finish()
     };
-    encode(writer).map_err(|error| match error {
+    encode(writer).map_err(encoding_error)
+}
+
+/// An encoder of sRGB pixels with alpha.
+pub(super) fn png_encoder(writer: &mut dyn Write, size_px: [u32; 2]) -> png::Encoder<'static, &mut dyn Write> {
+    let mut encoder = png::Encoder::new(writer, size_px[0], size_px[1]);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder
+}
+
+/// Why a PNG was not written.
+pub(super) fn encoding_error(error: png::EncodingError) -> String {
+    match error {
         png::EncodingError::IoError(error) => cannot_be_written(&error),
         error => format!("cannot be encoded: {error}"),
-    })
+    }
 }

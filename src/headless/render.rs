@@ -4,6 +4,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -15,7 +16,8 @@ use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::accel::Accel;
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::TreeReading;
 use crate::console::printable_json;
@@ -65,6 +67,8 @@ pub struct RenderCommand {
     pub json: bool,
     /// Moments of a model that moves: several make a film.
     pub moments: MomentChoice,
+    /// How the tree of a moment is made.
+    pub follow: Follow,
 }
 
 /// The JSON object that `--json` prints.
@@ -96,6 +100,9 @@ struct RenderSummary<'a> {
 struct ShownMoment {
     clip: String,
     time_s: f32,
+    /// The policy by which the tree follows the model, if it was built at another moment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    policy: Option<&'static str>,
 }
 
 /// Renders the frame or the film, writes the files and prints the measurements.
@@ -108,14 +115,18 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_outputs(command, &read)?;
-    if let Some(step) = command.moments.step() {
+    if command.moments.is_film() {
+        let step = command.moments.step(&scene);
         let moments = command.moments.of(&scene)?;
         let (token, out) = (&context.token, &mut *context.out);
         return in_pool(|| film(command, &scene, &moments, step, &read, out, token));
     }
     let token = &context.token;
     let scene = command.moments.first(scene, token)?;
-    let (accel, picture, frame) = in_pool(|| trace(command, &scene, &Progress::new("Building", token), token))?;
+    let (accel, picture, frame) = in_pool(|| {
+        let progress = Progress::new("Building", token);
+        trace(command, &scene, &mut FollowSession::default(), &progress, token)
+    })?;
     token.check()?;
     let has_faults = note_faults(&accel);
     if let Some(path) = &command.output {
@@ -153,11 +164,11 @@ fn film(
     token: &CancelToken,
 ) -> Result<Finished, Failure> {
     let Some(output) = &command.output else { return Ok(Finished::default()) };
-    let progress = Progress::new("Building", token);
+    let (progress, mut session) = (Progress::new("Building", token), FollowSession::default());
     let mut frame_of = |moment: Moment| -> Result<([u32; 2], Vec<[u8; 4]>), Failure> {
         token.check()?;
         let posed = Arc::new(scene.at(moment, token)?);
-        let (accel, picture, frame) = trace(command, &posed, &progress, token)?;
+        let (accel, picture, frame) = trace(command, &posed, &mut session, &progress, token)?;
         if command.json {
             accel.epo(token)?;
             print(command, &accel, &frame, out)?;
@@ -169,7 +180,7 @@ fn film(
     };
     // The first frame has the size of all: a legend below it adds to the height.
     let (size_px, first) = frame_of(moments[0])?;
-    let delay = (step * 100.0).round().clamp(2.0, f32::from(u16::MAX)) as u16;
+    let delay = Duration::try_from_secs_f32(step).unwrap_or(Duration::MAX);
     let film = Film { output, size_px, count: moments.len(), delays: [delay; 2] };
     let others = moments[1..].iter().map(|&moment| frame_of(moment).map(|(_, rgba)| rgba));
     film.write(read, &mut std::iter::once(Ok(first)).chain(others), token)?;
@@ -182,11 +193,17 @@ fn film(
 fn trace(
     command: &RenderCommand,
     scene: &Arc<Scene>,
+    session: &mut FollowSession,
     progress: &Progress,
     token: &CancelToken,
 ) -> Result<(Arc<Accel>, Picture, Frame), Failure> {
     progress.set_label("Building");
-    let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, token)?);
+    let accel = Arc::new(if command.follow == Follow::default() {
+        command.tree.accel(scene, &command.source, &command.build, token)?
+    } else {
+        Accel::follow(scene, &command.build, command.follow, session, token)
+            .map_err(|error| Failure::of_build(error, &command.source))?
+    });
     accel.widen(token)?;
     progress.set_label("Tracing");
     let table = Arc::new(NodeTable::new(&accel));
@@ -238,8 +255,13 @@ fn ends_in(path: &Path, extension: &str) -> bool {
 fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
     check_extensions(command)?;
     check_outputs(command, read)?;
-    if let Some(text) = command.build.refusal(0) {
+    if let Some(text) = command.follow.policy.refusal(&command.build, 0) {
         return Err(Failure::Usage(text));
+    }
+    if command.follow != Follow::default() && command.moments == MomentChoice::default() {
+        return Err(Failure::Usage(
+            "--policy: the pose of the file follows nothing: add --time or --frames".to_owned(),
+        ));
     }
     if command.overlay.is_some() && !command.writes("svg") && !cfg!(feature = "gui") {
         return Err(Failure::Failed(
@@ -252,7 +274,7 @@ fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
 
 /// Checks that the outputs have extensions that are written, and can hold the requested content.
 fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
-    if command.moments.step().is_some() {
+    if command.moments.is_film() {
         // A film, see `check_outputs`.
         return Ok(());
     }
@@ -302,7 +324,7 @@ fn check_nodes(selection: &Selection, table: &NodeTable) -> Result<(), Failure> 
 
 /// Checks that both outputs can be written, are two files and none of those `read`.
 fn check_outputs(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
-    if let (Some(_), Some(output)) = (command.moments.step(), &command.output) {
+    if let (true, Some(output)) = (command.moments.is_film(), &command.output) {
         return check_output(output, read);
     }
     let mut protected = read.clone();
@@ -331,6 +353,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
     let moment = scene.moment.zip(scene.motion.as_ref()).map(|(Moment { clip, seconds }, motion)| ShownMoment {
         clip: motion.clips[clip].name.clone(),
         time_s: seconds,
+        policy: accel.is_followed().then(|| accel.follow.policy.name()),
     });
     let tree = TreeReading { trace: Some(frame.reading()), ..accel.reading() };
     RenderSummary {

@@ -41,6 +41,36 @@ fn a_moment_is_shown_and_stated() {
 }
 
 #[test]
+fn a_tree_follows_to_the_moment_by_a_policy() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let (code, rows, error) = run(folder.path(), args);
+        assert_eq!(code, 0, "{args:?}: {error}");
+        rows
+    };
+    let render = |args: &[&str]| run(&[&COMMON[..], &["-o", "a.png"], args].concat())[0].clone();
+    let animate = ["animate", "builtin:walker:2000", "--size", "64x48", "--frames", "3", "--json", "--policy"];
+    for policy in ["refit", "rotate"] {
+        let expected = run(&[&animate[..], &[policy]].concat());
+        let shown = render(&["--time", "0.5", "--policy", policy, "--policy-frames", "3"]);
+        assert_eq!((&shown["policy"], &shown["sah_cost"]), (&policy.into(), &expected[1]["sah_cost"]));
+    }
+    let rebuilt = render(&["--time", "0.5"]);
+    assert!(rebuilt.get("policy").is_none());
+    assert_eq!(rebuilt["sah_cost"], render(&["--time", "0.5", "--policy", "rebuild"])["sah_cost"]);
+    // A film follows frame by frame.
+    let film = [&COMMON[..], &["-o", "film.png", "--policy", "rotate", "--policy-frames", "3"]].concat();
+    let film = run(&[&film[..], &["--frames", "0..0.5:0.5"]].concat());
+    assert_eq!(
+        film[1]["sah_cost"],
+        render(&["--time", "0.5", "--policy", "rotate", "--policy-frames", "3"])["sah_cost"]
+    );
+    let refused = [&COMMON[..], &["-o", "a.png", "--policy", "refit"]].concat();
+    let (code, _, error) = super::moments::run(folder.path(), &refused);
+    assert!(code == 2 && error.contains("--policy: the pose of the file follows nothing"), "{error}");
+}
+
+#[test]
 fn a_film_has_a_picture_for_each_moment() {
     let folder = tempfile::tempdir().unwrap();
     let (code, rows, error) =
@@ -56,12 +86,30 @@ fn a_film_has_a_picture_for_each_moment() {
         delays.push(frame.delay);
     }
     assert_eq!(delays, [25; 3]);
+    // An animated PNG has all colours of the pictures in a folder.
+    let (code, _, error) = run(folder.path(), &[&COMMON[..], &["--frames", "0..0.5:0.25", "-o", "film.png"]].concat());
+    assert!(code == 0 && error.contains("wrote film.png: 3 frames of 64×48 pixels"), "{error}");
+    let file = std::io::BufReader::new(std::fs::File::open(folder.path().join("film.png")).unwrap());
+    let mut film = png::Decoder::new(file).read_info().unwrap();
+    assert_eq!(film.info().animation_control().map(|all| (all.num_frames, all.num_plays)), Some((3, 0)));
+    let frames: Vec<Vec<u8>> = (0..3)
+        .map(|_| {
+            let mut pixels = vec![0; film.output_buffer_size().unwrap()];
+            film.next_frame(&mut pixels).unwrap();
+            let control = film.info().frame_control().unwrap();
+            assert_eq!((control.delay_num, control.delay_den), (250, 1000));
+            pixels
+        })
+        .collect();
     let (code, _, error) = run(folder.path(), &[&COMMON[..], &["--frames", "0..0.5:0.25", "-o", "frames"]].concat());
     assert_eq!(code, 0, "{error}");
     let pictures: Vec<Vec<u8>> = (1..=3)
         .map(|number| std::fs::read(folder.path().join(format!("frames/frame-{number:04}.png"))).unwrap())
         .collect();
     assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    for (frame, picture) in frames.iter().zip(&pictures) {
+        assert!(*frame == *image::load_from_memory(picture).unwrap().to_rgba8().as_raw());
+    }
     assert_eq!(std::fs::read_dir(folder.path().join("frames")).unwrap().count(), 3);
 }
 
@@ -78,11 +126,13 @@ fn clips_are_listed_and_wrong_ones_refused() {
         (&["builtin:walker:500", "--clip", "swim"][..], 1, "there are 0 'walk', 1 'jump'"),
         (&["builtin:cornell", "--time", "1"], 1, "so that it does not move: leave --time out"),
         (&["builtin:walker:500", "--time", "nan"], 2, "a time in seconds is expected"),
-        (&["builtin:walker:500", "--frames", "0..1:0.5"], 2, "the film must end in .gif, or be a folder"),
         (&["builtin:walker:500", "--frames", "0..1", "--time", "1"], 2, "cannot be used with"),
     ] {
         let (found, _, error) = run(folder.path(), &[&["render", "-o", "a.png"], args].concat());
         assert_eq!(found, code, "{args:?}: {error}");
         assert!(error.contains(message), "{args:?}: {error}");
     }
+    let (found, _, error) =
+        run(folder.path(), &["render", "builtin:walker:500", "--frames", "0..1:0.5", "-o", "a.jpg"]);
+    assert!(found == 2 && error.contains("the film must end in .gif or .png, or be a folder"), "{error}");
 }

@@ -7,6 +7,7 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::traverse::Traversal;
 
+use crate::accel::Follow;
 use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings;
@@ -72,10 +73,20 @@ impl Line {
         self.flag("--time", moment.seconds.to_string());
     }
 
+    /// How the tree of the moment is made, unless it is built there or read.
+    fn follow(&mut self, state: &AppState, side: TreeSide) {
+        let follow = state.wanted.follow_at(side, state.clip().map(|(moment, _)| moment));
+        if follow != Follow::default() && state.wanted.tree_file(side).is_none() {
+            self.flag("--policy", follow.policy.name().to_owned());
+            self.flag("--policy-frames", follow.frames.to_string());
+        }
+    }
+
     /// The flags that both commands end with.
     fn end(mut self, state: &AppState) -> String {
         self.switch("--orthographic", state.wanted.camera.projection == Projection::Orthographic);
         self.flag("--scene", state.model.load_options.scene.map(|scene| scene.to_string()));
+        self.flag("--fps", state.model.load_options.fps.map(|fps| fps.to_string()));
         self.switch("--allow-outside", state.model.load_options.allow_outside);
         self.0
     }
@@ -93,7 +104,16 @@ fn diff_line(state: &AppState) -> String {
     line.moment(state);
     line.traversal(render.traversal);
     line.camera(camera);
-    line.end(state)
+    let followed = TreeSide::ALL
+        .into_iter()
+        .filter(|&side| state.wanted.follow_at(side, state.clip().map(|(moment, _)| moment)) != Follow::default());
+    let left_out: Vec<&str> = followed.map(TreeSide::name).collect();
+    let mut text = line.end(state);
+    if !left_out.is_empty() {
+        // A comment of the shell: the command builds both trees at the moment.
+        let _ = write!(text, " # without the policy of {}", left_out.join(" and "));
+    }
+    text
 }
 
 /// The settings of a tree as an argument of `bvhscope diff`. Without a tree there is nothing to compare: AAC takes its place.
@@ -117,6 +137,7 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
     }
     line.threads_and_size(state);
     line.moment(state);
+    line.follow(state, side);
     line.camera(camera);
     picture_flags(render, &mut line);
     let Selection { hidden, isolated, .. } = &state.selection.nodes;

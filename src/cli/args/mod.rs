@@ -23,11 +23,13 @@ use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::headless::Times;
+use crate::lab::motion::MAX_FRAMES;
 use crate::lab::population::Populations;
 use crate::render::Background;
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
 use bvhscope_engine::construction::MergeOrder;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
 
 /// The end of `bvhscope --help`.
@@ -147,10 +149,23 @@ pub struct MotionArgs {
     /// The clip, by its name or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME", conflicts_with = "tree")]
     pub clip: Option<String>,
-    /// A film of these times in seconds, each with a tree of its own; without STEP 25 a second
+    /// A film of these times in seconds, each with a tree of its own; without STEP the frames of a sequence, of other models 25 a second
     #[arg(long, value_name = "A..B:STEP", value_parser = Times::parse_range, allow_hyphen_values = true,
           conflicts_with_all = ["time", "tree", "depth_image"])]
     pub frames: Option<Times>,
+}
+
+/// How the tree of a moment is made.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Motion")]
+pub struct FollowArgs {
+    #[arg(long, value_name = "NAME", value_parser = named::<Policy>, conflicts_with = "tree",
+          help = help::<Policy>("What becomes of the first frame's tree until this moment: ", " [default: rebuild]"))]
+    pub policy: Option<Policy>,
+    /// Frames of the whole clip, 1 to 10000, by which the tree gets to this moment [default: 25]
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, MAX_FRAMES as u32),
+          requires = "policy")]
+    pub policy_frames: Option<u32>,
 }
 
 /// Surroundings of the model in a picture that is written.
@@ -172,6 +187,7 @@ pub struct AroundArgs {
   bvhscope render bunny.obj -o bunny.exr
   bvhscope render fox.glb -o fox.png --clip Run --time 0.4
   bvhscope render builtin:walker -o walker.gif --frames 0..1:0.04 --size 480x480
+  bvhscope render 'walk_####.obj' -o walk.png --frames 0..2
   bvhscope render bunny.obj --overlay box --background white -o bunny.svg
   bvhscope render bunny.obj -o bunny.png --depth-image bunny-depth.exr")]
 pub struct RenderArgs {
@@ -179,7 +195,7 @@ pub struct RenderArgs {
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     /// The picture that is written: a PNG, an SVG with containers as lines, or an EXR of linear radiance, neither exposed nor
-    /// tone mapped; of --frames a GIF or a folder
+    /// tone mapped; of --frames a GIF, an animated PNG or a folder
     #[arg(short, long, value_name = "FILE", required_unless_present = "depth_image")]
     pub output: Option<PathBuf>,
     /// Also write each pixel's hit distance along its unit ray, infinity where nothing is hit
@@ -214,6 +230,8 @@ pub struct RenderArgs {
     pub nodes: NodeArgs,
     #[command(flatten)]
     pub motion: MotionArgs,
+    #[command(flatten)]
+    pub follow: FollowArgs,
     /// Cut model and containers open: x, y or z, or a normal X,Y,Z, and a position in the model's unit or in percent; -x keeps
     /// the other half
     #[arg(long, value_name = "AXIS=POSITION", value_parser = SectionChoice::parse, allow_hyphen_values = true,
@@ -293,8 +311,8 @@ pub struct MergesArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    /// The film that is written: a GIF, or a folder of numbered PNGs
-    #[arg(short, long, value_name = "FILE.gif|FOLDER")]
+    /// The film that is written: a GIF, an animated PNG, or a folder of numbered PNGs
+    #[arg(short, long, value_name = "FILE.gif|FILE.png|FOLDER")]
     pub output: PathBuf,
     #[arg(long, value_name = "NAME", value_parser = named::<MergeOrder>, default_value = MergeOrder::Built.name(),
           hide_default_value = true, help = help::<MergeOrder>("Order of the merges: ", " [default: built]"))]

@@ -11,8 +11,9 @@ use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs
 #[cfg(feature = "gui")]
 use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
 #[cfg(feature = "gui")]
-use crate::app::{CliOverrides, SettingsUse, StartOptions};
+use crate::accel::Follow;
 #[cfg(feature = "gui")]
+use crate::app::{CliOverrides, SettingsUse, StartOptions};
 use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::ray::RayCommand;
@@ -27,6 +28,7 @@ use crate::text::quoted;
 #[cfg(feature = "gui")]
 use crate::view::CameraChoice;
 use crate::view::NamedView;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Ray;
 
 pub use measure::{animate, diff, measure, setups, sweep};
@@ -83,6 +85,11 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         legend: args.around.legend,
         json: args.json,
         moments: MomentChoice { times: args.motion.frames.or(args.motion.time.map(Times::At)), clip: args.motion.clip },
+        follow: Follow {
+            policy: args.follow.policy.unwrap_or(Policy::Rebuild),
+            frames: args.follow.policy_frames.unwrap_or(Follow::default().frames),
+        }
+        .normal(),
     })
 }
 
@@ -269,7 +276,7 @@ mod tests {
         state.selection.nodes.hidden.extend([3, 8]);
         state.selection.nodes.isolated = Some(2);
         state.preferences.show_geometry = false;
-        state.model.load_options = LoadOptions { allow_outside: true, scene: Some(1) };
+        state.model.load_options = LoadOptions { allow_outside: true, scene: Some(1), fps: Some(30.0) };
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
