@@ -25,10 +25,23 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
         ui.add_space(2.0);
         // The dock keeps its height, however little a view shows.
         ui.set_min_height(ui.available_height());
-        (view.ui)(ui, state);
+        show_view(ui, state, view);
     });
     keep_height(ui, state, place.response.rect);
     note_place(ui.ctx(), "Dock", place.response.rect);
+}
+
+/// Shows the view. While it is of an earlier frame of a model that plays, nodes of that tree cannot be selected or pointed at.
+fn show_view(ui: &mut Ui, state: &mut AppState, view: &View) {
+    let selection = state.model.is_view_behind().then(|| {
+        let nodes = &state.selection.nodes;
+        (nodes.selected, nodes.hovered, state.selection.side, state.selection.picked.clone())
+    });
+    (view.ui)(ui, state);
+    if let Some((selected, hovered, side, picked)) = selection {
+        (state.selection.nodes.selected, state.selection.nodes.hovered) = (selected, hovered);
+        (state.selection.side, state.selection.picked) = (side, picked);
+    }
 }
 
 /// Keeps a height that was dragged, for the next start. One that the window forces on the dock is not kept.
@@ -56,6 +69,13 @@ fn tabs(ui: &mut Ui, state: &mut AppState, open: &View) {
             let tip = format!("Close the dock; what was measured stays ({})", key_of(Action::ToggleDock(open.name)));
             if icon_button(ui, rect, Icon::Close, "Close dock").tip(tip).clicked() {
                 state.preferences.dock.open = None;
+            }
+            if let Some(moment) = state.model.in_views().and_then(|shown| shown.accel.scene.moment)
+                && state.model.is_view_behind()
+            {
+                let start = state.clip().map_or(0.0, |(_, clip)| clip.start);
+                let tip = "The view is of the tree of this frame of the clip: what it shows takes longer than a frame";
+                ui.weak(format!("at {:.2} s", moment.seconds - start)).on_hover_text(tip);
             }
             // The views are of the first tree, whichever is edited.
             let tip = "The views show tree A. A click exchanges the two trees, so that they show the other";

@@ -26,7 +26,7 @@ pub use activity::{Activity, JobStatus, Message, MessageLog, PROGRESS_DELAY, Sev
 pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
-pub use playback::{Clock, FRAME_SECONDS, Playback};
+pub use playback::{Clock, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
@@ -193,12 +193,13 @@ impl AppState {
         self.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel))
     }
 
-    /// The presented tree while the view of this name is open.
+    /// The studied tree while the view of this name is open.
     pub fn tree_of_view(&self, view: &str) -> Option<Arc<Accel>> {
-        self.presented_tree().filter(|_| self.preferences.dock.shows(view))
+        let studied = self.model.studied().filter(|_| self.preferences.dock.shows(view))?;
+        Some(Arc::clone(&studied.accel))
     }
 
-    /// The presented tree while the view of this name is open, with the inputs of a study of it, where they are known.
+    /// The studied tree while the view of this name is open, with the inputs of a study of it, where they are known.
     pub fn inputs_of_view<K>(
         &self,
         view: &str,

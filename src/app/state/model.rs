@@ -104,13 +104,56 @@ pub struct Model {
     pub file_missing: bool,
     /// How the time of a model that moves goes on.
     pub playback: Playback,
+    /// The trees that views are of while it goes on.
+    pub followed: FollowedTrees,
     /// The options that models are loaded with.
     pub load_options: LoadOptions,
     /// Model and counts that the fixed range of the heat map was fitted to.
     pub heat_basis: Option<HeatBasis>,
 }
 
+/// The trees that the open view is of while a model plays: it shows one until all that it derives is known of another, since there is a
+/// new tree in each frame.
+#[derive(Default)]
+pub struct FollowedTrees {
+    /// The tree that values are derived from.
+    studied: Option<Presented>,
+    /// The last one of which they are known.
+    shown: Option<Presented>,
+}
+
 impl Model {
+    /// The tree that views derive values from: while the model plays one after another to its end, else that on the screen.
+    pub fn studied(&self) -> Option<&Presented> {
+        self.followed.studied.as_ref().or(self.presented.as_ref())
+    }
+
+    /// The tree that views show; while the model plays one of which all values are known.
+    pub fn in_views(&self) -> Option<&Presented> {
+        self.followed.shown.as_ref().or(self.presented.as_ref())
+    }
+
+    /// Whether views show another tree than the screen, so that nodes of theirs cannot be selected.
+    pub fn is_view_behind(&self) -> bool {
+        let shown = self.followed.shown.as_ref().zip(self.presented.as_ref());
+        shown.is_some_and(|(shown, presented)| !Arc::ptr_eq(&shown.accel, &presented.accel))
+    }
+
+    /// Goes on to the newest tree once values of the last one are `known`, all that the open view needs; called each UI frame.
+    pub fn follow_playing(&mut self, known: bool) {
+        let Some(presented) = self.presented.as_ref().filter(|_| self.playback.playing) else {
+            self.followed = FollowedTrees::default();
+            return;
+        };
+        let is_same_model =
+            |of: &Option<Presented>| of.as_ref().is_some_and(|of| of.accel.scene.is_same_model(&presented.accel.scene));
+        let FollowedTrees { studied, shown } = &mut self.followed;
+        if !is_same_model(studied) {
+            (*studied, *shown) = (Some(presented.clone()), None);
+        } else if known {
+            *shown = studied.replace(presented.clone());
+        }
+    }
     /// How a number of the presented tree differs from that of the tree before, or while there is a second tree, how that one's
     /// differs from it.
     pub fn compare(&self, number: &Number) -> Comparison {

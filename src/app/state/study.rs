@@ -5,10 +5,13 @@ use std::sync::{Arc, Weak};
 
 use crate::accel::{Accel, is_same};
 
-/// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change.
+/// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change, and that of the
+/// tree before as long as somebody holds that tree.
 #[derive(Debug)]
 pub struct Study<K, V> {
     known: Option<Known<K, V>>,
+    /// Of another tree than that of `known`.
+    before: Option<Known<K, V>>,
     /// The cancelled inputs, for which nothing is derived again until the user wants it after all.
     cancelled: Option<(Weak<Accel>, K)>,
 }
@@ -22,25 +25,30 @@ struct Known<K, V> {
 
 impl<K, V> Default for Study<K, V> {
     fn default() -> Self {
-        Self { known: None, cancelled: None }
+        Self { known: None, before: None, cancelled: None }
     }
 }
 
 impl<K: PartialEq, V> Study<K, V> {
     /// The value derived from this tree, whatever the parameters: while a view waits for others, it shows what it has.
     pub fn of_tree(&self, accel: &Arc<Accel>) -> Option<&Arc<V>> {
-        self.known.as_ref().filter(|known| is_same(&known.tree, accel)).map(|known| &known.value)
+        self.known_of(accel).map(|known| &known.value)
+    }
+
+    fn known_of(&self, accel: &Arc<Accel>) -> Option<&Known<K, V>> {
+        [&self.known, &self.before].into_iter().flatten().find(|known| is_same(&known.tree, accel))
     }
 
     /// The value derived from this tree with these parameters.
     pub fn get(&self, accel: &Arc<Accel>, parameters: &K) -> Option<&Arc<V>> {
-        let known = self.known.as_ref().filter(|known| is_same(&known.tree, accel))?;
+        let known = self.known_of(accel)?;
         (known.parameters == *parameters).then_some(&known.value)
     }
 
     /// Stores a value that was derived.
     pub fn set(&mut self, accel: &Arc<Accel>, parameters: K, value: V) {
-        self.known = Some(Known { tree: Arc::downgrade(accel), parameters, value: Arc::new(value) });
+        let known = Known { tree: Arc::downgrade(accel), parameters, value: Arc::new(value) };
+        self.before = self.known.replace(known).filter(|before| !is_same(&before.tree, accel)).or(self.before.take());
     }
 
     /// Notes that the value of this tree with these parameters is not to be derived until [`Study::resume`].
@@ -60,7 +68,9 @@ impl<K: PartialEq, V> Study<K, V> {
 
     /// Gives up a value of a tree that is gone, so that its memory goes with the tree.
     pub fn forget_gone(&mut self) {
-        self.known = self.known.take().filter(|known| known.tree.strong_count() > 0);
+        for known in [&mut self.known, &mut self.before] {
+            drop(known.take_if(|known| known.tree.strong_count() == 0));
+        }
     }
 }
 

@@ -49,6 +49,7 @@ impl Studies {
         for rail in &mut self.rails {
             rail.follow(state, idle, stop);
         }
+        state.model.follow_playing(!self.is_busy());
         state.activity.study = self.rails.iter().find_map(|rail| rail.job());
     }
 

@@ -46,8 +46,9 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
         "Measuring visits",
         |state| &mut state.lab.visits,
         |state, idle| {
-            let accel =
-                state.presented_tree().filter(|_| open_view(state).is_some_and(|view| (view.needs_visits)(state)))?;
+            let accel = open_view(state)
+                .filter(|view| (view.needs_visits)(state))
+                .and_then(|view| state.tree_of_view(view.name))?;
             // Not before the picture has come to rest.
             if state.lab.rays(&accel.scene).is_none() && idle {
                 let present = state.view_rays();
@@ -67,8 +68,9 @@ fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
         "Rebuilding subtrees",
         |state| &mut state.lab.regrets,
         |state, _| {
-            let by_view = open_view(state).is_some_and(|view| (view.needs_regrets)(state));
-            Some((state.presented_tree().filter(|_| by_view || state.colors_by(ColorBy::Regret))?, ()))
+            let by_view = open_view(state).filter(|view| (view.needs_regrets)(state));
+            let of_view = by_view.and_then(|view| state.tree_of_view(view.name));
+            Some((of_view.or_else(|| state.presented_tree().filter(|_| state.colors_by(ColorBy::Regret)))?, ()))
         },
     );
     studies.add(plan, |accel, (), token| accel.compute_regrets(token).map(|_| ()))

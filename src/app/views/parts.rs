@@ -20,17 +20,17 @@ pub(super) const ROW_HEIGHT: f32 = 18.0;
 /// Gap between two columns in points.
 pub(super) const GAP: f32 = 12.0;
 
-/// The presented tree and picture; shows `otherwise`, a hint, where there are none.
+/// The tree that views show, with its picture; shows `otherwise`, a hint, where there are none.
 pub(super) fn presented(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
     if state.model.presented.is_none() {
         empty_view(ui, otherwise);
     }
-    state.model.presented.clone()
+    state.model.in_views().cloned()
 }
 
 /// The same where that has nodes.
 pub(super) fn presented_tree(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
-    let shown = state.model.presented.clone().filter(|shown| !shown.table.is_empty());
+    let shown = state.model.in_views().filter(|shown| !shown.table.is_empty()).cloned();
     if shown.is_none() {
         empty_view(ui, otherwise);
     }

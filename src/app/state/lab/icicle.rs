@@ -32,8 +32,6 @@ pub struct IcicleState {
     tree: Weak<Accel>,
     top: u32,
     layout: Option<(LayoutKey, Arc<IcicleLayout>)>,
-    /// That of the tree before.
-    before: Option<Arc<IcicleLayout>>,
 }
 
 /// The icicle's part of a shared state. The topmost node is shared with the other nodes.
@@ -89,7 +87,6 @@ impl Default for IcicleState {
             tree: Weak::new(),
             top: 0,
             layout: None,
-            before: None,
         }
     }
 }
@@ -101,14 +98,13 @@ impl IcicleState {
     /// Puts the root on top where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>) {
         if !is_same(&self.tree, accel) {
-            self.before = self.layout.take().map(|(_, layout)| layout).or(self.before.take());
             (self.tree, self.top) = (Arc::downgrade(accel), 0);
         }
     }
 
     /// Its part of a shared state.
     pub fn shared(&self) -> SharedIcicle {
-        let Self { width, color, sums: _, tree: _, top: _, layout: _, before: _ } = self;
+        let Self { width, color, sums: _, tree: _, top: _, layout: _ } = self;
         SharedIcicle { width: *width, color }
     }
 
@@ -142,11 +138,6 @@ impl IcicleState {
     pub fn last_layout(&self, accel: &Arc<Accel>) -> Option<&Arc<IcicleLayout>> {
         let (_, layout) = self.layout.as_ref()?;
         is_same(&self.tree, accel).then_some(layout)
-    }
-
-    /// The layout of the tree before, to be seen until that of the present one is known.
-    pub const fn layout_before(&self) -> Option<&Arc<IcicleLayout>> {
-        self.before.as_ref()
     }
 
     /// The icicle of `table` in `size` columns and most levels, which is made anew only where something has changed; `None` while the

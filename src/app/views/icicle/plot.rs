@@ -31,11 +31,6 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1])
     };
     let Some(layout) = state.lab.icicle.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
-        // A model that plays has another tree soon.
-        if let Some(before) = state.lab.icicle.layout_before().filter(|_| state.model.playback.playing) {
-            Plot { layout: before, rect, column: 1.0 / scale, height: height(before) }.paint(ui);
-            return;
-        }
         parts::wait_for(
             ui,
             &mut state.lab,

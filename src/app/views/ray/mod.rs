@@ -13,7 +13,7 @@ use crate::app::state::AppState;
 use crate::app::state::lab::{RayOutcome, RayState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
-use crate::app::views::{View, parts};
+use crate::app::views::View;
 use crate::app::widgets::empty_view;
 use crate::lab::ray::{RayRecord, Step, record};
 
@@ -35,7 +35,11 @@ const PURPOSE: &str =
 pub(super) const VIEW: View = View { add_studies: add_record, ..View::new(RayState::VIEW, PURPOSE, Key::F8, show) };
 
 fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = parts::presented(ui, state, "Open a model to trace a ray through its tree") else { return };
+    // A ray takes no time, so that it is of the tree on the screen even while the model plays.
+    let Some(shown) = state.model.presented.clone() else {
+        empty_view(ui, "Open a model to trace a ray through its tree");
+        return;
+    };
     toolbar::show(ui, state, &shown);
     let outcome = state.lab.ray.follow(&shown.accel);
     remark(ui, state);
