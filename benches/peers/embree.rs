@@ -2,9 +2,11 @@
 
 #![allow(unsafe_code, reason = "Embree is a C library; only the embree*.rs files touch it")]
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::{CString, c_uint, c_void};
 use std::ptr;
+use std::rc::Rc;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
 use bvhscope_engine::geometry::Triangle;
@@ -12,14 +14,18 @@ use bvhscope_engine::kernel::SimdLevel;
 use glam::Vec3;
 
 use crate::embree_library::{Common, Library};
+use crate::embree_rays;
 use crate::embree_tree::{self, Shape};
-use crate::peer::{BuildTimes, Builder, Judged, timed};
+use crate::motion::Twist;
+use crate::peer::{BuildTimes, Builder, Judged, Updater, timed};
 
 const FORMAT_UINT3: c_uint = 0x5003;
 const FORMAT_FLOAT3: c_uint = 0x9003;
 const BUFFER_INDEX: c_uint = 0;
 const BUFFER_VERTEX: c_uint = 1;
 const GEOMETRY_TRIANGLE: c_uint = 0;
+/// Flag of scenes whose geometries change often.
+const SCENE_DYNAMIC: c_uint = 1;
 
 /// How carefully Embree builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +37,8 @@ pub enum Quality {
     Medium = 1,
     /// SAH with spatial splits.
     High = 2,
+    /// Of a geometry that has a tree: its containers are fitted.
+    Refit = 3,
 }
 
 impl Quality {
@@ -40,6 +48,7 @@ impl Quality {
             Self::Low => "low",
             Self::Medium => "medium",
             Self::High => "high",
+            Self::Refit => "refit",
         }
     }
 }
@@ -183,6 +192,88 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
     device.check();
     let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
     Scene { library: device.library, quality, scene, bytes, mesh: std::marker::PhantomData }
+}
+
+/// A dynamic scene of vertices of its own, which move.
+struct DynamicScene<'a> {
+    scene: Scene<'a>,
+    geometry: *mut c_void,
+    vertices: Box<[[f32; 3]]>,
+}
+
+impl<'a> DynamicScene<'a> {
+    /// Builds the scene at rest.
+    fn new(device: &Device, mesh: &'a Mesh, quality: Quality) -> Self {
+        let Common { new_scene, new_geometry, set_buffer, attach_geometry, .. } = device.library.common;
+        let vertices: Box<[[f32; 3]]> = mesh.vertices.clone().into();
+        // SAFETY: as for `commit`; the vertices stay where they are as long as the scene, which is released before them.
+        let (scene, geometry) = unsafe {
+            let scene = new_scene(device.device);
+            (device.library.common.set_scene_flags)(scene, SCENE_DYNAMIC);
+            let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
+            let (corners, indices) = (vertices.as_ptr().cast(), mesh.indices.as_ptr().cast());
+            set_buffer(geometry, BUFFER_VERTEX, 0, FORMAT_FLOAT3, corners, 0, 12, vertices.len() - 1);
+            set_buffer(geometry, BUFFER_INDEX, 0, FORMAT_UINT3, indices, 0, 12, mesh.indices.len());
+            attach_geometry(scene, geometry);
+            (scene, geometry)
+        };
+        let scene = Scene { library: device.library, quality, scene, bytes: 0, mesh: std::marker::PhantomData };
+        let dynamic = Self { scene, geometry, vertices };
+        dynamic.commit();
+        device.check();
+        dynamic
+    }
+
+    /// Commits vertices that have changed.
+    fn commit(&self) {
+        let Common { set_scene_quality, set_geometry_quality, update_buffer, commit_geometry, commit_scene, .. } =
+            self.scene.library.common;
+        // SAFETY: scene and geometry are alive, and so are the buffers.
+        unsafe {
+            set_scene_quality(self.scene.scene, Quality::Low as c_uint);
+            set_geometry_quality(self.geometry, self.scene.quality as c_uint);
+            update_buffer(self.geometry, BUFFER_VERTEX, 0);
+            commit_geometry(self.geometry);
+            commit_scene(self.scene.scene);
+        }
+    }
+}
+
+impl Drop for DynamicScene<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the reference that was made with the geometry.
+        unsafe { (self.scene.library.common.release_geometry)(self.geometry) };
+    }
+}
+
+/// Every update of a dynamic scene: fitted, or built again.
+pub fn updaters<'a>(device: &'a Device, mesh: &'a Mesh, twist: &'a Twist, threads: usize) -> Vec<Updater<'a>> {
+    let updater = |quality: Quality| {
+        let dynamic = Rc::new(RefCell::new(DynamicScene::new(device, mesh, quality)));
+        let traced = Rc::clone(&dynamic);
+        let name = if quality == Quality::Refit { "refit".to_owned() } else { format!("{}, rebuild", quality.name()) };
+        Updater {
+            engine: device.library.name,
+            name,
+            threads,
+            update: Box::new(move |moment| {
+                let mut dynamic = dynamic.borrow_mut();
+                for (vertex, at_rest) in dynamic.vertices.iter_mut().zip(&mesh.vertices) {
+                    *vertex = twist.moved(Vec3::from_array(*at_rest), moment).to_array();
+                }
+                let ready = timed(|| dynamic.commit());
+                device.check();
+                BuildTimes { binary: None, ready }
+            }),
+            trace: Box::new(move |work| {
+                let dynamic = traced.borrow();
+                let interfaces = embree_rays::interfaces(&dynamic.scene);
+                let mut runs = interfaces.iter().filter_map(|interface| (interface.prepare)(work));
+                runs.next().map(|mut run| run()).unwrap_or_default()
+            }),
+        }
+    };
+    [Quality::Refit, Quality::Low, Quality::Medium].map(updater).into()
 }
 
 /// The qualities that are measured.

@@ -3,7 +3,7 @@
 //!
 //! Measures by threads the time until the binary tree is there and until rays can be traced at full speed, SAH cost, end-point
 //! overlap and tests per ray by one formula, bytes per triangle, the rate of primary, ambient occlusion and diffuse rays through
-//! every interface, and the time from triangles to a picture. Fails where the engines' hits disagree.
+//! every interface, the time from triangles to a picture, and updates of trees whose triangles have moved. Fails where the engines' hits disagree.
 
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 
@@ -15,6 +15,7 @@ mod embree_tree;
 mod engine;
 mod foreign;
 mod measure;
+mod motion;
 mod obvhs_peer;
 mod obvhs_tree;
 mod packed;
@@ -50,7 +51,7 @@ struct Flags {
     /// builtin:NAME[:SIZE]
     #[arg(long, value_delimiter = ',', default_values_t = scenes::DEFAULT.map(str::to_owned))]
     scenes: Vec<String>,
-    /// Parts to measure: build, tree, primary, ao, diffuse, picture (where builds and rays are)
+    /// Parts to measure: build, tree, primary, ao, diffuse, picture (where builds and rays are), update (of moved triangles)
     #[arg(long, value_delimiter = ',', default_values_t = measure::PARTS.map(str::to_owned))]
     parts: Vec<String>,
     /// Only engines and interfaces whose name contains one of these

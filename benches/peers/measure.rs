@@ -16,18 +16,21 @@ use crate::embree::{self, Device, Scene};
 use crate::embree_library::libraries;
 use crate::embree_rays;
 use crate::engine;
+use crate::motion::{self, Twist};
 use crate::obvhs_peer;
-use crate::peer::{Builder, Interface, Judged, OWN, Run};
+use crate::peer::{Builder, Interface, Judged, OWN, Run, Updater};
 use crate::rays::{OCCLUSION_RAYS, Query, Tally, Workload, in_parts, workloads};
 use crate::scenes::Subject;
 use crate::{tinybvh_library, tinybvh_peer};
 
 /// Parts of a scene's measurement. "picture" is the sum of a build and of rays, where both are measured.
-pub const PARTS: [&str; 6] = ["build", "tree", "primary", "ao", "diffuse", "picture"];
+pub const PARTS: [&str; 7] = ["build", "tree", "primary", "ao", "diffuse", "picture", "update"];
 /// Samples of ambient occlusion per pixel of the measured pictures.
 const PICTURES: [u32; 3] = [1, 16, 256];
 /// One ray in this many is counted through the binary trees.
 const COUNTED: usize = 16;
+/// Width and height of the picture by which updates are checked.
+const CHECKED_SIZE: u32 = 256;
 /// Triangles from which the end-point overlap of a large scene is estimated.
 const OVERLAP_SAMPLES: usize = 2_000;
 
@@ -120,6 +123,8 @@ pub struct Outcome {
     pub triangles: usize,
     pub repeat: usize,
     pub builds: Vec<BuildRow>,
+    /// Updates of trees whose triangles have moved.
+    pub updates: Vec<BuildRow>,
     pub trees: Vec<TreeRow>,
     pub traces: Vec<TraceRow>,
     pub pictures: Vec<PictureRow>,
@@ -135,6 +140,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         triangles: triangles.len(),
         repeat: plan.repeat,
         builds: Vec::new(),
+        updates: Vec::new(),
         trees: Vec::new(),
         traces: Vec::new(),
         pictures: Vec::new(),
@@ -152,6 +158,13 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
             builders.extend(tinybvh_peer::builders(&vertices, threads));
             builders.retain(|builder| plan.names(builder.engine, &builder.name));
             outcome.builds.extend(build_rows(&builders, plan.repeat));
+        }
+    }
+    if plan.wants("update") {
+        for &threads in &plan.threads {
+            let (rows, disagreements) = update_rows(subject, &mesh, &converted, threads, plan);
+            outcome.updates.extend(rows);
+            outcome.disagreements.extend(disagreements);
         }
     }
     let traced = PARTS[2..5].iter().any(|part| plan.wants(part));
@@ -211,24 +224,75 @@ fn build_rows(builders: &[Builder], repeat: usize) -> Vec<BuildRow> {
             }
         }
     }
-    let mut rows: Vec<BuildRow> = builders
-        .iter()
-        .zip(times)
-        .map(|(builder, (ready, binary))| BuildRow {
-            engine: builder.engine,
-            name: builder.name.clone(),
-            threads: builder.threads,
-            ready: spread(ready),
-            binary: (!binary.is_empty()).then(|| spread(binary)),
-            ratio: None,
-        })
-        .collect();
+    let row = |(builder, (ready, binary)): (&Builder, _)| {
+        row_of(builder.engine, &builder.name, builder.threads, ready, binary)
+    };
+    with_ratios(builders.iter().zip(times).map(row).collect())
+}
+
+fn row_of(engine: &'static str, name: &str, threads: usize, ready: Vec<Duration>, binary: Vec<Duration>) -> BuildRow {
+    let binary = (!binary.is_empty()).then(|| spread(binary));
+    BuildRow { engine, name: name.to_owned(), threads, ready: spread(ready), binary, ratio: None }
+}
+
+fn with_ratios(mut rows: Vec<BuildRow>) -> Vec<BuildRow> {
     for at in 0..rows.len() {
         let same = rows.iter().filter(|row| row.engine != OWN && row.threads == rows[at].threads);
         let best = same.map(|row| row.ready[0]).min();
         rows[at].ratio = best.map(|best| best.as_secs_f64() / rows[at].ready[0].as_secs_f64());
     }
     rows
+}
+
+/// Updates of every engine in turn, from moment to moment, and where their hits after the last disagree.
+fn update_rows(
+    subject: &Subject,
+    mesh: &embree::Mesh,
+    converted: &[obvhs::triangle::Triangle],
+    threads: usize,
+    plan: &Plan,
+) -> (Vec<BuildRow>, Vec<String>) {
+    let (triangles, twist) = (&subject.triangles[..], Twist::of(&subject.bounds));
+    let moments = twist.moments(triangles);
+    let of_obvhs: Vec<_> = moments.iter().map(|triangles| obvhs_peer::converted(triangles)).collect();
+    let moves: Vec<bool> = triangles.iter().map(|triangle| twist.moves(triangle)).collect();
+    let devices = devices(threads);
+    let mut updaters = motion::updaters(triangles, &moments, threads);
+    updaters.extend(devices.iter().flat_map(|device| embree::updaters(device, mesh, &twist, threads)));
+    updaters.extend(obvhs_peer::updaters(converted, &of_obvhs, &moves, threads));
+    updaters.retain(|updater| plan.names(updater.engine, &updater.name));
+    let mut times: Vec<(Vec<Duration>, Vec<Duration>)> = updaters.iter().map(|_| Default::default()).collect();
+    // The first round warms up; the last one ends at the last moment.
+    let rounds = plan.repeat + 1;
+    for round in 0..=rounds {
+        for (updater, (ready, binary)) in updaters.iter_mut().zip(&mut times) {
+            let updated = (updater.update)((round + rounds + 1) % moments.len());
+            if round > 0 {
+                ready.push(updated.ready);
+                binary.extend(updated.binary);
+            }
+        }
+    }
+    let last = moments.last().map_or(triangles, |triangles| &triangles[..]);
+    let tree = engine::tree(last, &engine::settings(false)[0].1);
+    let AnyTree::Aabb(tree) = tree else { unreachable!("the first setting has boxes") };
+    let [primary, ..] = workloads(&tree, last, &subject.bounds, &subject.camera, CHECKED_SIZE);
+    let mut tallies = updaters.iter().map(|updater| (updater, (updater.trace)(&primary)));
+    let mut disagreements = Vec::new();
+    if let Some((_, reference)) = tallies.next() {
+        let few = (primary.rays.len() as f64 * HIT_TOLERANCE).ceil() as u64;
+        for (updater, tally) in tallies {
+            let differs = (tally.distance - reference.distance).abs() > DISTANCE_TOLERANCE * reference.distance;
+            if tally.hits.abs_diff(reference.hits) > few || differs {
+                let name = format!("{} {}", updater.engine, updater.name);
+                disagreements.push(format!("{name} finds {tally:?} of the moved triangles, the first {reference:?}"));
+            }
+        }
+    }
+    let row = |(updater, (ready, binary)): (&Updater, _)| {
+        row_of(updater.engine, &updater.name, updater.threads, ready, binary)
+    };
+    (with_ratios(updaters.iter().zip(times).map(row).collect()), disagreements)
 }
 
 fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) -> Vec<TreeRow> {

@@ -1,19 +1,24 @@
 //! obvhs, a Rust crate: agglomerative trees (PLOC) with reinsertion, traced as compressed 8-wide nodes.
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::Duration;
 
 use bvhscope_engine::geometry::{Ray, Triangle};
-use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::rebuild::compute_rebuild_path_flags;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
+use obvhs::{Boundable as _, BvhBuildParams};
 use rayon::prelude::*;
 
 use crate::obvhs_tree;
-use crate::peer::{BuildTimes, Builder, Interface, Judged, timed};
+use crate::peer::{BuildTimes, Builder, Interface, Judged, Updater, timed};
 use crate::rays::{Query, Tally};
 
 /// Its name.
@@ -66,6 +71,64 @@ pub fn builders(triangles: &[obvhs::triangle::Triangle], threads: usize, slow: b
         Builder { engine: NAME, name: name.to_owned(), threads, build: Box::new(build) }
     };
     settings(slow).into_iter().map(builder).collect()
+}
+
+/// Every update of a binary tree: fitted; and those leaves that move, with all above them, built again. The compressed tree is made again,
+/// as there is no other way.
+pub fn updaters<'a>(
+    at_rest: &[obvhs::triangle::Triangle],
+    moments: &'a [Vec<obvhs::triangle::Triangle>],
+    moves: &'a [bool],
+    threads: usize,
+) -> Vec<Updater<'a>> {
+    let updater = |name: &'static str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+        let mut tree = binary(at_rest, BvhBuildParams::fastest_build());
+        let (mut builder, mut flags) = (PlocBuilder::with_capacity(at_rest.len()), Vec::new());
+        let traced = Rc::new(RefCell::new(None));
+        let shown = Rc::clone(&traced);
+        Updater {
+            engine: NAME,
+            name: format!("fastest, {name}"),
+            threads,
+            update: Box::new(move |moment| {
+                let triangles = &moments[moment][..];
+                pool.install(|| {
+                    let mut result = None;
+                    let mut until_binary = Duration::ZERO;
+                    let ready = timed(|| {
+                        until_binary = timed(|| {
+                            tree.init_primitives_to_nodes_if_uninit();
+                            for (primitive, triangle) in triangles.iter().enumerate() {
+                                tree.nodes[tree.primitives_to_nodes[primitive] as usize].set_aabb(triangle.aabb());
+                            }
+                            if name == "refit" {
+                                tree.refit_all();
+                                return;
+                            }
+                            tree.init_parents_if_uninit();
+                            let moved = (0..triangles.len()).filter(|&primitive| moves[primitive]);
+                            let leaves: Vec<u32> = moved.map(|primitive| tree.primitives_to_nodes[primitive]).collect();
+                            compute_rebuild_path_flags(&tree, leaves, &mut flags);
+                            let settings = (PlocSearchDistance::Minimum, SortPrecision::U64, 0);
+                            builder.partial_rebuild(&mut tree, |node| flags[node], settings.0, settings.1, settings.2);
+                        });
+                        let wide = bvh2_to_cwbvh(&tree, 3, true, false);
+                        let leaf_triangles = in_leaf_order(&wide.primitive_indices, triangles);
+                        result = Some(Ready { name, wide, leaf_triangles });
+                    });
+                    *traced.borrow_mut() = result;
+                    BuildTimes { binary: Some(until_binary), ready }
+                })
+            }),
+            trace: Box::new(move |work| {
+                let ready = shown.borrow();
+                let run = ready.as_ref().and_then(|ready| (interfaces(ready).prepare)(work).map(|mut run| run()));
+                run.unwrap_or_default()
+            }),
+        }
+    };
+    ["refit", "partial rebuild"].map(updater).into()
 }
 
 /// A tree, ready to be traced.

@@ -35,6 +35,20 @@ pub struct Builder<'a> {
     pub build: Build<'a>,
 }
 
+/// A way to bring a tree to triangles that have moved, by name and number of threads.
+pub struct Updater<'a> {
+    /// The engine's name.
+    pub engine: &'static str,
+    /// Its setting, with what becomes of the tree.
+    pub name: String,
+    /// Threads that it uses.
+    pub threads: usize,
+    /// Updates the acceleration structure to a moment, and returns the time that it took.
+    pub update: Box<dyn FnMut(usize) -> BuildTimes + 'a>,
+    /// Traces primary rays through it.
+    pub trace: Box<dyn Fn(&Workload) -> Tally + 'a>,
+}
+
 /// A way to trace.
 pub struct Interface<'a> {
     /// The engine's name.

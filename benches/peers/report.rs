@@ -10,12 +10,15 @@ use crate::measure::{BuildRow, Outcome, PictureRow, TraceRow, TreeRow};
 pub fn print_tables(outcome: &Outcome) {
     let Outcome { model, triangles, repeat, .. } = outcome;
     println!("{model}: {triangles} triangles, medians of {repeat} interleaved rounds, × to the best peer");
-    if !outcome.builds.is_empty() {
+    for (title, rows) in [("build", &outcome.builds), ("update", &outcome.updates)] {
+        if rows.is_empty() {
+            continue;
+        }
         println!(
-            "  {:<30} {:>7} {:>14} {:>15} {:>18} {:>9} {:>6}",
-            "build", "threads", "binary tree ms", "ready to trace", "least, most", "Mtri/s", "×"
+            "  {title:<30} {:>7} {:>14} {:>15} {:>18} {:>9} {:>6}",
+            "threads", "binary tree ms", "ready to trace", "least, most", "Mtri/s", "×"
         );
-        for row in &outcome.builds {
+        for row in rows {
             let [median, least, most] = row.ready.map(millis);
             println!(
                 "  {:<30} {:>7} {:>14} {median:>15.1} {least:>8.1} {most:>9.1} {:>9.2} {:>6}",
@@ -82,9 +85,11 @@ pub fn print_tables(outcome: &Outcome) {
 /// One JSON object for each line of the tables.
 pub fn rows(outcome: &Outcome) -> Vec<Value> {
     let mut rows = Vec::new();
-    for BuildRow { engine, name, threads, ready, binary, ratio } in &outcome.builds {
+    let updates = outcome.updates.iter().map(|row| ("update", row));
+    for (part, row) in outcome.builds.iter().map(|row| ("build", row)).chain(updates) {
+        let BuildRow { engine, name, threads, ready, binary, ratio } = row;
         rows.push(json!({
-            "part": "build", "engine": engine, "setting": name, "threads": threads, "repeat": outcome.repeat,
+            "part": part, "engine": engine, "setting": name, "threads": threads, "repeat": outcome.repeat,
             "build_ms": binary.map(|binary| millis(binary[0])), "build_ms_spread": binary.map(range),
             "ready_ms": millis(ready[0]), "ready_ms_spread": range(*ready),
             "mtris_per_s": rate(outcome.triangles, ready[0]), "ratio": ratio,
