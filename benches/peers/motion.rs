@@ -39,7 +39,7 @@ impl Twist {
         self.center + Vec3::new(cos * from.x + sin * from.z, from.y, cos * from.z - sin * from.x)
     }
 
-    /// Whether a triangle is at another place at another moment.
+    /// True if a triangle is at another place at another moment.
     pub fn moves(&self, triangle: &Triangle) -> bool {
         triangle.bounds().max.y > self.center.y
     }

@@ -102,7 +102,7 @@ impl FileRow {
         Ok(files)
     }
 
-    /// Whether no file has such a name.
+    /// True if no file has such a name.
     pub(super) fn is_missing(&self) -> bool {
         self.files(&CancelToken::new()).is_err()
     }

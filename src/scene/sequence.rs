@@ -55,7 +55,7 @@ struct Frame {
     /// Place in the clip, counted in frames: there are none where files are missing.
     place: u64,
     triangle_count: usize,
-    /// What it shows, where there is room for it.
+    /// The model in it, where there is room for it.
     kept: Option<Still>,
 }
 

@@ -66,7 +66,7 @@ impl SceneSource {
         }
     }
 
-    /// Whether there is no such file, and no row of files.
+    /// True if there is no such file, and no row of files.
     pub fn is_missing(&self) -> bool {
         self.path().is_some_and(|path| !path.exists() && FileRow::of(path).is_none_or(|row| row.is_missing()))
     }

@@ -133,7 +133,7 @@ impl Model {
         self.followed.shown.as_ref().or(self.presented.as_ref())
     }
 
-    /// Whether views show another tree than the screen, so that nodes of theirs cannot be selected.
+    /// True if views show another tree than the screen, so that nodes of theirs cannot be selected.
     pub fn is_view_behind(&self) -> bool {
         let shown = self.followed.shown.as_ref().zip(self.presented.as_ref());
         shown.is_some_and(|(shown, presented)| !Arc::ptr_eq(&shown.accel, &presented.accel))

@@ -80,7 +80,7 @@ impl Motion {
         Self { clips: vec![clip], mover, reaches: vec![reach.into()] }
     }
 
-    /// Whether all moments have the same triangles, in number and order, so that a tree can follow them.
+    /// True if all moments have the same triangles, in number and order, so that a tree can follow them.
     pub fn keeps_triangles(&self) -> bool {
         self.mover.keeps_triangles()
     }

@@ -44,7 +44,7 @@ pub(in crate::scene) trait Mover: std::fmt::Debug + Send + Sync {
     /// Number of triangles; of the frame that has most.
     fn triangle_count(&self) -> usize;
 
-    /// Whether all moments have the same triangles, in number and order.
+    /// True if all moments have the same triangles, in number and order.
     fn keeps_triangles(&self) -> bool {
         true
     }
