@@ -27,12 +27,13 @@ impl AnyWideTree {
         self.closest_hit_observed(level, ray, probe.observer())
     }
 
+    // Tests and events are the same at every level, and not what one waits for: compiled for the baseline alone.
     fn closest_hit_observed(&self, level: Level, ray: &Ray, observer: Observer<'_>) -> Option<Hit> {
         match observer {
             Observer::Nothing => self.closest_hit(level, ray),
             Observer::Counts(counts) => self.closest_hit_probed(level, ray, counts),
-            Observer::Tests(mut probe) => self.closest_hit_probed(level, ray, &mut probe),
-            Observer::Events(mut probe) => self.closest_hit_probed(level, ray, &mut probe),
+            Observer::Tests(mut probe) => self.closest_hit_probed(Level::baseline(), ray, &mut probe),
+            Observer::Events(mut probe) => self.closest_hit_probed(Level::baseline(), ray, &mut probe),
         }
     }
 
@@ -56,8 +57,8 @@ impl AnyWideTree {
         match observer {
             Observer::Nothing => self.any_hit(level, ray),
             Observer::Counts(counts) => self.any_hit_probed(level, ray, counts),
-            Observer::Tests(mut probe) => self.any_hit_probed(level, ray, &mut probe),
-            Observer::Events(mut probe) => self.any_hit_probed(level, ray, &mut probe),
+            Observer::Tests(mut probe) => self.any_hit_probed(Level::baseline(), ray, &mut probe),
+            Observer::Events(mut probe) => self.any_hit_probed(Level::baseline(), ray, &mut probe),
         }
     }
 

@@ -1,10 +1,9 @@
 //! Traversal of a single ray.
 
 use std::hint::black_box;
-use std::mem::discriminant;
 use std::ops::ControlFlow;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Simd;
 
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::tree::ContainerKind;
@@ -52,9 +51,13 @@ fn nearest_by_level<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
         ray: &Ray,
         probe: &mut P,
     ) -> Nearest {
-        nearest::<S, C, P, ANY>(simd, tree, ray, probe)
+        simd.vectorize(
+            #[inline(always)]
+            || nearest::<S, C, P, ANY>(simd, tree, ray, probe),
+        )
     }
-    if discriminant(&simd.level()) == discriminant(&Level::baseline()) {
+    // By the width, a constant, because the compiler would make `outlined` for the levels that never call it, too.
+    if const { size_of::<S::f32s>() <= 16 } {
         outlined::<S, C, P, ANY>(simd, tree, ray, probe)
     } else {
         nearest::<S, C, P, ANY>(simd, tree, ray, probe)
