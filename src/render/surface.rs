@@ -33,6 +33,9 @@ impl Orientation {
     }
 }
 
+/// Triangles whose smooth normals take less time than a coarse picture.
+const SMOOTHED_AT_ONCE: usize = 1 << 17;
+
 /// Normals of the corners of triangles.
 #[derive(Debug, Clone)]
 pub(super) enum Normals {
@@ -47,13 +50,28 @@ pub(super) enum Normals {
 impl Normals {
     /// The normals that `settings` ask for; flat ones where smooth ones do not fit into the memory budget.
     pub(super) fn new(settings: &RenderSettings, scene: &Scene, token: &CancelToken) -> Result<Self, Cancelled> {
-        Ok(match settings.normals {
-            NormalSource::Flat => Self::Flat,
-            NormalSource::File if scene.has_normals() => Self::File,
-            NormalSource::File | NormalSource::Crease => {
-                scene.normals_by_crease(settings.crease_degrees, token)?.map_or(Self::Flat, Self::Crease)
-            }
+        Ok(match Self::without_smoothing(settings, scene) {
+            Some(normals) => normals,
+            None => scene.normals_by_crease(settings.crease_degrees, token)?.map_or(Self::Flat, Self::Crease),
         })
+    }
+
+    /// [`Normals::new`], but flat ones where smooth ones would take long to make.
+    pub(super) fn at_once(settings: &RenderSettings, scene: &Scene, token: &CancelToken) -> Result<Self, Cancelled> {
+        if scene.triangles.len() <= SMOOTHED_AT_ONCE {
+            return Self::new(settings, scene, token);
+        }
+        Ok(Self::without_smoothing(settings, scene)
+            .unwrap_or_else(|| scene.known_normals_by_crease(settings.crease_degrees).map_or(Self::Flat, Self::Crease)))
+    }
+
+    /// `None` where normals by crease angle are asked for.
+    fn without_smoothing(settings: &RenderSettings, scene: &Scene) -> Option<Self> {
+        match settings.normals {
+            NormalSource::Flat => Some(Self::Flat),
+            NormalSource::File if scene.has_normals() => Some(Self::File),
+            NormalSource::File | NormalSource::Crease => None,
+        }
     }
 
     /// Normals of a triangle's corners; zero stands for the geometric one.

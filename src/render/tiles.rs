@@ -69,11 +69,16 @@ fn trace(
     radiance: Option<&mut Vec<[f32; 3]>>,
 ) -> Result<Frame, RenderError> {
     let accel = &*request.accel;
-    // Coarse pictures do not wait for the wide tree, unless they show its steps.
-    if request.coarseness <= 1.0 || request.settings.shading == Shading::Heat(HeatKind::Steps) {
+    // Coarse pictures wait neither for the wide tree, unless they show its steps, nor for the smooth normals of a large model.
+    let is_coarse = request.coarseness > 1.0;
+    if !is_coarse || request.settings.shading == Shading::Heat(HeatKind::Steps) {
         accel.widen(token)?;
     }
-    let normals = surface::Normals::new(&request.settings, &accel.scene, token)?;
+    let normals = if is_coarse {
+        surface::Normals::at_once(&request.settings, &accel.scene, token)?
+    } else {
+        surface::Normals::new(&request.settings, &accel.scene, token)?
+    };
     let context = TraceContext::new(request, normals);
     // The shading mode is chosen here, outside of all loops.
     let mut output = Output { request, metered: (Metered::NOTHING, true), deliver, radiance };

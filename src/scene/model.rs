@@ -202,18 +202,19 @@ impl Scene {
         }
     }
 
-    /// Makes the smooth normals of a file that has none; a warning states where they do not fit into the memory budget.
-    pub(super) fn prepare_normals(&mut self, token: &CancelToken) -> Result<(), Cancelled> {
+    /// [`Scene::normals_by_crease`], if they were made before.
+    pub fn known_normals_by_crease(&self, degrees: f32) -> Option<Arc<CornerNormals>> {
+        self.smooth_normals.known(degrees)
+    }
+
+    /// Adds a warning where a file has no normals and smooth ones do not fit into the memory budget. They are made for the first
+    /// picture that is not coarse: for large models that takes as long as reading the file.
+    pub(super) fn check_normals(&mut self) {
         if self.has_normals() {
-            return Ok(());
+            return;
         }
-        match self.smooth_normals.get(&self.triangles, SmoothNormals::DEFAULT_CREASE_DEGREES, token) {
-            Ok(_) => Ok(()),
-            Err(NoNormals::OverBudget(error)) => {
-                self.warnings.add(&format!("models shown with flat triangles: {error}"), || FileLocation::File);
-                Ok(())
-            }
-            Err(NoNormals::Cancelled(cancelled)) => Err(cancelled),
+        if let Err(error) = SmoothNormals::check(self.triangles.len()) {
+            self.warnings.add(&format!("models shown with flat triangles: {error}"), || FileLocation::File);
         }
     }
 

@@ -263,6 +263,17 @@ impl SmoothNormals {
     /// what scans are made of.
     pub const DEFAULT_CREASE_DEGREES: f32 = 40.0;
 
+    /// The normals by this crease angle, if they were made before.
+    pub(super) fn known(&self, crease_degrees: f32) -> Option<Arc<CornerNormals>> {
+        let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        newest.filter(|(degrees, _)| *degrees == crease_degrees).map(|(_, normals)| normals)
+    }
+
+    /// Whether the normals of so many triangles fit into the memory budget now.
+    pub(super) fn check(triangle_count: usize) -> Result<(), OverBudget> {
+        Budget::of_process().check("the smooth normals", triangle_count as u64 * BYTES_PER_TRIANGLE)
+    }
+
     /// The normals of `triangles` by this crease angle, in the calling thread's rayon pool.
     pub(super) fn get(
         &self,
@@ -270,12 +281,10 @@ impl SmoothNormals {
         crease_degrees: f32,
         token: &CancelToken,
     ) -> Result<Arc<CornerNormals>, NoNormals> {
-        let known = self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        if let Some((_, normals)) = known.filter(|(degrees, _)| *degrees == crease_degrees) {
+        if let Some(normals) = self.known(crease_degrees) {
             return Ok(normals);
         }
-        let bytes = triangles.len() as u64 * BYTES_PER_TRIANGLE;
-        Budget::of_process().check("the smooth normals", bytes)?;
+        Self::check(triangles.len())?;
         // Not under the lock: a thread that waits for rayon tasks here may run one that asks for the normals too.
         let made = Arc::new(CornerNormals::new(triangles, crease_degrees, token)?);
         *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some((crease_degrees, Arc::clone(&made)));

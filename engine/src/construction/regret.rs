@@ -7,6 +7,7 @@
 //! node alone costs: its gain without those of its children.
 
 use std::collections::BinaryHeap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -107,11 +108,16 @@ fn regrets_of<C: ClusterContainer>(
     let mut costs = zeros::<f64>(tree.nodes.len(), token)?;
     costs.fill(f64::NAN);
     // Large ones use all threads one after the other, so that their memory is that of one.
-    for (&node, done) in large.iter().zip(0..) {
-        token.set_progress(done as f32 / all as f32);
-        costs[node as usize] = rebuild.cost(node, token)?;
+    for (done, &node) in large.iter().enumerate() {
+        costs[node as usize] = rebuild.cost(node, &token.part(done, all))?;
     }
-    let found = small.par_iter().with_max_len(64).map(|&node| rebuild.cost(node, token));
+    let done = AtomicUsize::new(large.len());
+    let found = small.par_iter().with_max_len(64).map(|&node| {
+        let token = token.part(done.fetch_add(1, Ordering::Relaxed), all);
+        let cost = rebuild.cost(node, &token)?;
+        token.set_progress(1.0);
+        Ok(cost)
+    });
     let found = found.collect::<Result<Vec<f64>, Cancelled>>()?;
     small.iter().zip(found).for_each(|(&node, cost)| costs[node as usize] = cost);
     token.set_progress(1.0);

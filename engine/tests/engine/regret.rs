@@ -1,5 +1,8 @@
 //! Regret: a planted defect comes first, an optimal tree has none, and all of it adds up to the gain of the root.
 
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, OnceLock};
+
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::{RegretLimits, Regrets, regrets};
@@ -173,4 +176,24 @@ fn only_what_is_rebuilt_is_known() {
     assert!(small.regret(1).is_some());
     assert_eq!(small.regret(1_000_000), None);
     assert_eq!(of(&AnyTree::Aabb(Tree::EMPTY), &[]), Regrets::default());
+}
+
+#[test]
+fn progress_is_reported_between_beginning_and_end() {
+    let triangles = trees::soup(2_000, 0.05, 4);
+    let tree = trees::halved::<Aabb>(&triangles, 1);
+    let (watched, seen) = (Arc::new(OnceLock::<CancelToken>::new()), Arc::new(Mutex::new(Vec::new())));
+    let token = CancelToken::watched({
+        let (watched, seen) = (Arc::clone(&watched), Arc::clone(&seen));
+        move |_| {
+            seen.lock().unwrap().extend(watched.get().map(CancelToken::progress));
+            false
+        }
+    });
+    watched.set(token.clone()).unwrap();
+    regrets(&tree, &triangles, RegretLimits::default(), &token).unwrap();
+    let seen = seen.lock().unwrap();
+    let tenths: HashSet<u32> = seen.iter().map(|progress| (progress * 10.0) as u32).collect();
+    assert!(tenths.len() >= 8, "{tenths:?}");
+    assert_eq!(token.progress(), 1.0);
 }

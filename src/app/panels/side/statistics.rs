@@ -250,7 +250,7 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let stats = &shown.frame.stats;
     let (number, unit) = format::duration_parts(stats.trace_time);
     let tip = "Wall-clock time of the newest pass, shading included";
-    statistic(ui, state, &Statistic::new("Trace time", number).unit(unit).tip(tip).term(&terms::PASS));
+    statistic(ui, state, &Statistic::new("Pass time", number).unit(unit).tip(tip).term(&terms::PASS));
     let hits = format::percent(stats.hits as f64 / stats.primary_rays.max(1) as f64);
     let tip =
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));

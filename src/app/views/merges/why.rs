@@ -18,6 +18,9 @@ const MOST: usize = 24;
 /// Smallest and largest side of a cell in points.
 const CELL: [f32; 2] = [7.0, 22.0];
 
+/// Height of the legend below the matrix in points.
+const LEGEND: f32 = 36.0;
+
 /// Shows why the present merge was made, or the last that was explained.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
     let merges = &state.lab.merges;
@@ -46,8 +49,11 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
         return;
     };
     ui.horizontal_top(|ui| {
-        let side = ui.available_height().clamp(64.0, 240.0).min(ui.available_width() * 0.45);
-        matrix(ui, state, study, choice, side);
+        let side = (ui.available_height() - LEGEND).clamp(64.0, 240.0).min(ui.available_width() * 0.45);
+        ui.vertical(|ui| {
+            matrix(ui, state, study, choice, side);
+            legend(ui, choice.runner_up.is_some());
+        });
         ui.vertical(|ui| {
             words(ui, shown, study, choice);
             let tip = "Copy the list with all its distances as tab-separated text";
@@ -135,6 +141,27 @@ fn matrix(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, choice: &MergeC
     };
     let hint = if study.table.is_none() { "\nClick to select the node of this row, and see its own merge" } else { "" };
     response.on_hover_text_at_pointer(format!("{text}{hint}"));
+}
+
+/// The colours of the matrix, and the frames in it.
+fn legend(ui: &mut Ui, has_runner_up: bool) {
+    let palette = theme::palette(ui);
+    ui.spacing_mut().item_spacing = vec2(6.0, 2.0);
+    let small = |text: &str| Label::new(RichText::new(text).small().color(palette.dim));
+    ui.horizontal(|ui| {
+        ui.add(small("close"));
+        let (bar, _) = ui.allocate_exact_size(vec2(48.0, 8.0), Sense::hover());
+        theme::paint_gradient(ui.painter(), bar, 24, |position| theme::scale_color(1.0 - position));
+        ui.add(small("far"));
+    });
+    ui.horizontal(|ui| {
+        let frames = [(palette.warm, "winner"), (palette.text, "runner-up")];
+        for (color, name) in frames.into_iter().take(1 + usize::from(has_runner_up)) {
+            let (frame, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
+            ui.painter().rect_stroke(frame, CornerRadius::ZERO, Stroke::new(2.0, color), StrokeKind::Inside);
+            ui.add(small(name));
+        }
+    });
 }
 
 fn at(rect: Rect, cell: f32, row: usize, column: usize) -> Rect {
