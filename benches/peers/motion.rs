@@ -81,7 +81,7 @@ pub fn updaters<'a>(at_rest: &[Triangle], moments: &'a [Vec<Triangle>], threads:
             name: format!("box fast, {name}"),
             threads,
             update: Box::new(move |moment| {
-                let mut follower = follower.borrow_mut();
+                let follower: &mut Follower = &mut follower.borrow_mut();
                 let update = pool.install(|| follower.follow(&moments[moment], &token)).expect("nothing to refuse");
                 BuildTimes { binary: Some(update.tree_time), ready: update.ready_time() }
             }),

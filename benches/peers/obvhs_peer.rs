@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use bvhscope_engine::geometry::{Ray, Triangle};
+use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::cwbvh::CwBvh;
@@ -14,7 +15,6 @@ use obvhs::ploc::rebuild::compute_rebuild_path_flags;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
-use obvhs::{Boundable as _, BvhBuildParams};
 use rayon::prelude::*;
 
 use crate::obvhs_tree;
@@ -93,7 +93,7 @@ pub fn updaters<'a>(
             threads,
             update: Box::new(move |moment| {
                 let triangles = &moments[moment][..];
-                pool.install(|| {
+                let (times, result) = pool.install(|| {
                     let mut result = None;
                     let mut until_binary = Duration::ZERO;
                     let ready = timed(|| {
@@ -117,9 +117,10 @@ pub fn updaters<'a>(
                         let leaf_triangles = in_leaf_order(&wide.primitive_indices, triangles);
                         result = Some(Ready { name, wide, leaf_triangles });
                     });
-                    *traced.borrow_mut() = result;
-                    BuildTimes { binary: Some(until_binary), ready }
-                })
+                    (BuildTimes { binary: Some(until_binary), ready }, result)
+                });
+                *traced.borrow_mut() = result;
+                times
             }),
             trace: Box::new(move |work| {
                 let ready = shown.borrow();

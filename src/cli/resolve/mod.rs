@@ -10,10 +10,10 @@ use parts::{overlay, picture};
 use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
-#[cfg(feature = "gui")]
 use crate::accel::Follow;
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
+#[cfg(feature = "gui")]
 use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::ray::RayCommand;
