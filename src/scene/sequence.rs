@@ -38,7 +38,7 @@ pub(super) type ReadFrame = fn(&Path, &SceneSource, &LoadOptions, &CancelToken) 
 #[derive(Debug)]
 struct Frames {
     /// In the order of their places, at least one.
-    frames: Vec<Frame>,
+    list: Vec<Frame>,
     seconds: f32,
     read: ReadFrame,
     options: LoadOptions,
@@ -96,7 +96,7 @@ fn load_within(
     let mut scene = of_file(0)?;
     (scene.source, scene.motion) = (source.clone(), None);
     let mut all = Frames {
-        frames: Vec::with_capacity(files.len()),
+        list: Vec::with_capacity(files.len()),
         seconds: 1.0 / options.fps.unwrap_or(FRAMES_PER_SECOND),
         read,
         options: options.clone(),
@@ -126,8 +126,8 @@ fn load_within(
     scene.files_read.sort_unstable();
     scene.files_read.dedup();
     count_faults(&all, &files, beyond, &mut scene);
-    if all.frames.len() > 1 {
-        let end = all.frames.last().map_or(0.0, |last| last.place as f32 * all.seconds);
+    if all.list.len() > 1 {
+        let end = all.list.last().map_or(0.0, |last| last.place as f32 * all.seconds);
         let clip = Clip { name: CLIP.to_owned(), start: 0.0, end };
         scene.motion = Some(Arc::new(Motion::within_reach(clip, Box::new(all), reach)));
     }
@@ -163,7 +163,7 @@ fn count_faults(all: &Frames, files: &[NumberedFile], beyond: usize, scene: &mut
     let what = format!("frames beyond the first {MAX_FRAMES} left out");
     scene.warnings.add_many(beyond as u64, &what, || FileLocation::File);
     let count = scene.triangles.len();
-    let others = all.frames.iter().filter(|frame| frame.triangle_count != count).count();
+    let others = all.list.iter().filter(|frame| frame.triangle_count != count).count();
     let what = format!("frames of another number of triangles than the {count} of the first: trees are built for each");
     scene.warnings.add_many(others as u64, &what, || FileLocation::File);
 }
@@ -183,7 +183,7 @@ impl Frames {
     fn add(&mut self, file: &NumberedFile, place: impl Fn(u64) -> u64, still: Still, room: u64) {
         let own = size_of_val(&still.triangles[..]) + still.surface.bytes_beside(&self.surface);
         let has_room = self.bytes() + own <= room as usize;
-        self.frames.push(Frame {
+        self.list.push(Frame {
             path: file.path.clone(),
             place: place(file.number),
             triangle_count: still.triangles.len(),
@@ -210,8 +210,8 @@ impl Frames {
     /// The frame that is shown at a time.
     fn at(&self, seconds: f32) -> &Frame {
         let place = (seconds / self.seconds + SLACK) as u64;
-        let after = self.frames.partition_point(|frame| frame.place <= place);
-        &self.frames[after.saturating_sub(1)]
+        let after = self.list.partition_point(|frame| frame.place <= place);
+        &self.list[after.saturating_sub(1)]
     }
 
     /// Reads a frame again that had no room in memory.
@@ -232,11 +232,11 @@ impl Frames {
 
 impl Mover for Frames {
     fn triangle_count(&self) -> usize {
-        self.frames.iter().map(|frame| frame.triangle_count).max().unwrap_or(0)
+        self.list.iter().map(|frame| frame.triangle_count).max().unwrap_or(0)
     }
 
     fn keeps_triangles(&self) -> bool {
-        self.frames.iter().all(|frame| frame.triangle_count == self.frames[0].triangle_count)
+        self.list.iter().all(|frame| frame.triangle_count == self.list[0].triangle_count)
     }
 
     fn frame_seconds(&self) -> Option<f32> {
@@ -247,12 +247,11 @@ impl Mover for Frames {
         token.check()?;
         let frame = self.at(moment.seconds);
         let again;
-        let still = match &frame.kept {
-            Some(kept) => kept,
-            None => {
-                again = self.read_again(frame, token)?;
-                &again
-            }
+        let still = if let Some(kept) = &frame.kept {
+            kept
+        } else {
+            again = self.read_again(frame, token)?;
+            &again
         };
         pose.triangles.clone_from(&still.triangles);
         pose.surface = Some(Arc::clone(&still.surface));
@@ -260,7 +259,7 @@ impl Mover for Frames {
     }
 
     fn bytes(&self) -> usize {
-        let kept = self.frames.iter().filter_map(|frame| frame.kept.as_ref());
+        let kept = self.list.iter().filter_map(|frame| frame.kept.as_ref());
         kept.map(|still| size_of_val(&still.triangles[..]) + still.surface.bytes_beside(&self.surface)).sum()
     }
 }

@@ -63,16 +63,17 @@ impl BackgroundTasks {
             self.dialog_open = false;
             match (answer.path, answer.of) {
                 (Some(path), Chosen::Model) => open(SceneSource::File(path), false, reconciler, state),
-                (Some(path), Chosen::Sequence) => match FileRow::pattern_of(&path) {
-                    Some(row) => open(SceneSource::File(row), false, reconciler, state),
-                    None => {
+                (Some(path), Chosen::Sequence) => {
+                    if let Some(row) = FileRow::pattern_of(&path) {
+                        open(SceneSource::File(row), false, reconciler, state);
+                    } else {
                         let text = format!(
                             "{} has no number in its name: choose a file of a row, such as walk_0001.obj",
                             file_name(&path)
                         );
                         state.messages.notify(Severity::Warning, text);
                     }
-                },
+                }
                 (Some(path), Chosen::Tree(side)) => open_tree(side, path, state),
                 (None, of) if answer.after < MIN_DIALOG_TIME => ask_for_path(of, state),
                 (None, _) => {}

@@ -311,9 +311,7 @@ impl Rig {
 }
 
 /// Splits the first `count` elements off a list; none off an empty one.
+#[allow(clippy::mut_mut, reason = "the list that is left is another slice")]
 fn take<'a, T>(list: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let count = count.min(list.len());
-    let (own, others) = std::mem::take(list).split_at_mut(count);
-    *list = others;
-    own
+    list.split_off_mut(..count.min(list.len())).unwrap_or_default()
 }
