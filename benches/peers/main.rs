@@ -3,7 +3,8 @@
 //!
 //! Measures by threads the time until the binary tree is there and until rays can be traced at full speed, SAH cost, end-point
 //! overlap and tests per ray by one formula, bytes per triangle, the rate of primary, ambient occlusion and diffuse rays through
-//! every interface, the time from triangles to a picture, and updates of trees whose triangles have moved. Fails where the engines' hits disagree.
+//! every interface, the time from triangles to a picture, and updates of trees whose triangles have moved. Fails where the engines'
+//! hits disagree.
 
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 

@@ -102,7 +102,7 @@ impl Scene {
         }
     }
 
-    /// Whether both are one model, at whatever moments: the same triangles in number and order, unless each frame of a sequence of files
+    /// True if both are one model, at whatever moments: the same triangles in number and order, unless each frame of a sequence of files
     /// has its own, see [`Motion::keeps_triangles`].
     pub fn is_same_model(self: &Arc<Self>, other: &Arc<Self>) -> bool {
         let motions = self.motion.as_ref().zip(other.motion.as_ref());

@@ -269,7 +269,7 @@ impl SmoothNormals {
         newest.filter(|(degrees, _)| *degrees == crease_degrees).map(|(_, normals)| normals)
     }
 
-    /// Whether the normals of so many triangles fit into the memory budget now.
+    /// Refuses the normals of so many triangles where they do not fit into the memory budget now.
     pub(super) fn check(triangle_count: usize) -> Result<(), OverBudget> {
         Budget::of_process().check("the smooth normals", triangle_count as u64 * BYTES_PER_TRIANGLE)
     }

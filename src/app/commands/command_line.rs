@@ -75,7 +75,7 @@ impl Line {
 
     /// How the tree of the moment is made, unless it is built there or read.
     fn follow(&mut self, state: &AppState, side: TreeSide) {
-        let follow = state.wanted.follow_at(side, state.clip().map(|(moment, _)| moment));
+        let follow = follow_of(state, side);
         if follow != Follow::default() && state.wanted.tree_file(side).is_none() {
             self.flag("--policy", follow.policy.name().to_owned());
             self.flag("--policy-frames", follow.frames.to_string());
@@ -92,6 +92,11 @@ impl Line {
     }
 }
 
+/// How the tree of a side follows the model at the wanted moment.
+fn follow_of(state: &AppState, side: TreeSide) -> Follow {
+    state.wanted.follow_at(side, state.clip().map(|(moment, _)| moment))
+}
+
 /// The `bvhscope diff` command that compares two trees in the present view.
 fn diff_line(state: &AppState) -> String {
     let Wanted { source, camera, render, .. } = &state.wanted;
@@ -104,9 +109,7 @@ fn diff_line(state: &AppState) -> String {
     line.moment(state);
     line.traversal(render.traversal);
     line.camera(camera);
-    let followed = TreeSide::ALL
-        .into_iter()
-        .filter(|&side| state.wanted.follow_at(side, state.clip().map(|(moment, _)| moment)) != Follow::default());
+    let followed = TreeSide::ALL.into_iter().filter(|&side| follow_of(state, side) != Follow::default());
     let left_out: Vec<&str> = followed.map(TreeSide::name).collect();
     let mut text = line.end(state);
     if !left_out.is_empty() {

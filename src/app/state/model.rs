@@ -154,6 +154,7 @@ impl Model {
             *shown = studied.replace(presented.clone());
         }
     }
+
     /// How a number of the presented tree differs from that of the tree before, or while there is a second tree, how that one's
     /// differs from it.
     pub fn compare(&self, number: &Number) -> Comparison {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 use crate::accel::{Accel, is_same};
 
 /// A value of type `V` that is derived from a tree and parameters `K`, or on its way. Kept until tree or parameters change, and that of the
-/// tree before as long as somebody holds that tree.
+/// tree before while that tree exists.
 #[derive(Debug)]
 pub struct Study<K, V> {
     known: Option<Known<K, V>>,
