@@ -23,6 +23,8 @@ struct Node {
     @location(6) flags: u32,
     @location(7) area_share: f32,
     @location(8) value: f32,
+    @location(9) low: vec4f,
+    @location(10) high: vec4f,
 }
 
 struct LineVertex {

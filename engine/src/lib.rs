@@ -25,7 +25,7 @@
 //!
 //! | module | what it does | what it must not know | start at |
 //! |---|---|---|---|
-//! | [`geometry`] | boxes, spheres, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
+//! | [`geometry`] | boxes, spheres, polytopes, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
 //! | [`task_log`] | what each piece of a computation took and waited for | what is computed | [`task_log::TaskLog`] |
 //! | [`cancel`] | cancellation and progress | what is cancelled | [`CancelToken`] |
 //! | [`kernel`] | SIMD levels, forks, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
@@ -88,7 +88,7 @@ pub use aac::build_cache;
 pub use builders::BuildError;
 pub use bvh::{BinaryBvh, BuildReport, Bvh, WideBvh, build};
 pub use cancel::{CancelToken, Cancelled};
-pub use geometry::{Aabb, Hit, Ray, Sphere, Triangle};
+pub use geometry::{Aabb, Dop14, Hit, Ray, Sphere, Triangle};
 pub use glam;
 pub use kernel::SimdLevel;
 pub use settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};

@@ -10,7 +10,7 @@ pub enum BuilderKind {
     Aac,
     /// Linear BVH: splits where the highest differing bit of the Morton codes flips (Lauterbach et al., 2009).
     Lbvh,
-    /// Top-down splits by the surface area heuristic, estimated at bin boundaries (Wald, 2007). Boxes only.
+    /// Top-down splits by the surface area heuristic, estimated at bin boundaries (Wald, 2007). Not with spheres.
     BinnedSah,
     /// Exact agglomerative clustering (Walter et al., 2008): always merges the globally closest pair. Small scenes only.
     Exact,
@@ -125,7 +125,7 @@ impl Pass {
         }
     }
 
-    /// Whether it works on boxes only: it needs unions that do not depend on the order of their operands.
+    /// Whether it works on boxes only: it needs unions that do not depend on the order of their operands, and kernels of six numbers.
     pub const fn boxes_only(self) -> bool {
         !matches!(self, Self::Collapse)
     }
@@ -198,7 +198,7 @@ impl std::fmt::Display for Passes {
 pub struct BuildSettings {
     /// The algorithm.
     pub builder: BuilderKind,
-    /// The bounding volume: boxes or spheres.
+    /// The bounding volume.
     pub container: ContainerKind,
     /// The traversal stopping threshold δ in primitives: a range of fewer is clustered, not partitioned further. 2 to 64; a higher
     /// threshold gives a better tree and a slower build. AAC only.
@@ -342,7 +342,7 @@ impl BuildSettings {
     pub fn refusal(&self, primitive_count: usize) -> Option<String> {
         match self.builder {
             BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
-                Some("the binned SAH builder makes boxes only: choose the box container".to_owned())
+                Some("the binned SAH builder makes no spheres: choose boxes or polytopes".to_owned())
             }
             BuilderKind::Exact if primitive_count > Self::MAX_EXACT_PRIMITIVES => Some(format!(
                 "exact clustering takes quadratic time: it builds at most {} triangles, this scene has {primitive_count}",

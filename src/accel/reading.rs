@@ -12,6 +12,7 @@ impl Accel {
         let stages = self.stages().iter();
         TreeReading {
             triangles: self.scene.triangles.len(),
+            container: self.tree.container_kind(),
             report: &self.report,
             build,
             stages_ms: stages.map(|&(name, time)| (name.to_owned(), time.as_secs_f64() * 1e3)).collect(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bvhscope_engine::tree::overlap::EndPointOverlap;
-use bvhscope_engine::{BuildReport, WideBvh};
+use bvhscope_engine::{BuildReport, ContainerKind, WideBvh};
 
 /// Median, and smallest and largest value of the repetitions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,8 @@ impl Times {
 pub struct TreeReading<'a> {
     /// Number of triangles of the model.
     pub triangles: usize,
+    /// Kind of the containers.
+    pub container: ContainerKind,
     /// Times, statistics and sizes of the binary tree.
     pub report: &'a BuildReport,
     /// Time of building the binary tree; `None` where the file of the tree does not state it.

@@ -20,11 +20,12 @@ impl Term {
 }
 
 /// The terms of trees, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-pub const TERMS: [&Term; 35] = [
+pub const TERMS: [&Term; 36] = [
     &BVH,
     &NODE,
     &LEAF,
     &CONTAINER,
+    &DOP14,
     &DEPTH,
     &BUILD_TIME,
     &SAH_COST,
@@ -75,8 +76,14 @@ pub const LEAF: Term = Term { name: "Leaf", text: "A node that holds triangles i
 /// Container.
 pub const CONTAINER: Term = Term {
     name: "Container",
-    text: "The box or sphere around everything below a node, also called its bounding volume. Boxes fit more tightly, spheres are smaller to store.",
+    text: "The box, sphere or polytope around everything below a node, also called its bounding volume. Boxes fit more tightly than spheres, which are smaller to store.",
     source: "",
+};
+/// 14-DOP.
+pub const DOP14: Term = Term {
+    name: "14-DOP",
+    text: "A box whose corners are cut off: the space between seven pairs of parallel planes, across the axes and the four diagonals of a cube. Fits slanted and thin things better than a box; a test takes longer.",
+    source: "Klosowski et al. 1998",
 };
 /// Depth.
 pub const DEPTH: Term =
@@ -90,7 +97,7 @@ pub const BUILD_TIME: Term = Term {
 /// SAH cost.
 pub const SAH_COST: Term = Term {
     name: "SAH cost",
-    text: "Surface area heuristic: the expected cost of a ray that hits the root, if a node is hit as often as its surface is large. Lower is better; boxes and spheres do not compare.",
+    text: "Surface area heuristic: the expected cost of a ray that hits the root, if a node is hit as often as its surface is large. Lower is better; trees of different containers do not compare.",
     source: "Goldsmith and Salmon 1987",
 };
 /// Tests per ray.

@@ -163,7 +163,7 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
         Some(CommandArgs::Tree(args)) => one(&args.build),
         Some(CommandArgs::Merges(args)) => one(&args.build),
         Some(CommandArgs::Bench(args)) => {
-            of_one_model(&args.files, &args.measure).or_else(|| several(&args.tree, &ContainerKind::ALL))
+            of_one_model(&args.files, &args.measure).or_else(|| several(&args.tree, &ContainerKind::OF_PAPER))
         }
         Some(CommandArgs::Compare(args)) => of_one_model(&args.files, &args.measure),
         Some(CommandArgs::Sweep(args)) => of_one_model(&args.files, &args.measure),
@@ -201,7 +201,7 @@ fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Fai
             crate::headless::plot::run(&command, &mut context)
         }
         CommandArgs::Bench(args) => {
-            let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::ALL);
+            let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::OF_PAPER);
             measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.files.trees, args.measure, &mut context)
         }
         CommandArgs::Scaling(args) => {

@@ -106,23 +106,26 @@ pub fn tree_builder_help(before: &str, after: &str) -> String {
 #[derive(Debug, Clone)]
 pub struct Containers(pub Vec<ContainerKind>);
 
-/// The name for all containers at once.
-const BOTH: &str = "both";
+/// The names for several containers at once: those of the paper, and every one.
+const SEVERAL: [(&str, &[ContainerKind]); 2] = [("both", &ContainerKind::OF_PAPER), ("all", &ContainerKind::ALL)];
 
-/// Parses the name of a container, or `both`.
+/// Parses the name of a container, `both` or `all`.
 pub fn containers(text: &str) -> Result<Containers, String> {
-    if text == BOTH {
-        return Ok(Containers(ContainerKind::ALL.to_vec()));
+    if let Some((_, kinds)) = SEVERAL.iter().find(|(name, _)| *name == text) {
+        return Ok(Containers(kinds.to_vec()));
     }
-    let names = || format!("one of {}, {BOTH} is expected", names(&ContainerKind::ALL).join(", "));
-    named(text).map(|kind| Containers(vec![kind])).map_err(|_| names())
+    let expected = || format!("one of {} is expected", container_names().join(", "));
+    named(text).map(|kind| Containers(vec![kind])).map_err(|_| expected())
+}
+
+/// The names that [`containers`] takes.
+fn container_names() -> Vec<&'static str> {
+    names(&ContainerKind::ALL).into_iter().chain(SEVERAL.map(|(name, _)| name)).collect()
 }
 
 /// A help text with the names that [`containers`] takes.
 pub fn containers_help(before: &str, after: &str) -> String {
-    let mut all = names(&ContainerKind::ALL);
-    all.push(BOTH);
-    format!("{before}{}{after}", any_of(&all))
+    format!("{before}{}{after}", any_of(&container_names()))
 }
 
 /// Parses a comma-separated list of populations of rays, `none` or `all`.
@@ -204,9 +207,10 @@ mod tests {
 
     #[test]
     fn an_unknown_name_is_answered_with_all_names() {
-        assert_eq!(named::<ContainerKind>("cube").unwrap_err(), "one of box, sphere is expected");
-        assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, both is expected");
-        assert_eq!(containers("both").unwrap().0, ContainerKind::ALL);
+        assert_eq!(named::<ContainerKind>("cube").unwrap_err(), "one of box, sphere, dop is expected");
+        assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, dop, both, all is expected");
+        assert_eq!(containers("both").unwrap().0, ContainerKind::OF_PAPER);
+        assert_eq!(containers("all").unwrap().0, ContainerKind::ALL);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
         let some = Populations::NONE.with(Population::Random).with(Population::Primary);
         assert_eq!(populations("random,primary"), Ok(some));

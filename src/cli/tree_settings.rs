@@ -37,7 +37,7 @@ pub fn tree_settings(text: &str) -> Result<BuildSettings, String> {
         is_tree.and_then(|()| given.insert(setting, value)).map_err(|error| format!("in '{word}': {error}"))?;
     }
     let settings = given.settings();
-    if let Some(pass) = given.pass_for_boxes().filter(|_| settings.container == ContainerKind::Sphere) {
+    if let Some(pass) = given.pass_for_boxes().filter(|_| settings.container != ContainerKind::Aabb) {
         return Err(format!("the pass '{}' works on boxes only: choose container=box or another pass", pass.name()));
     }
     settings.refusal(0).map_or(Ok(settings), Err)
@@ -99,12 +99,13 @@ mod tests {
             ("optimise=all", &["did you mean 'optimize'"]),
             ("colour=red", &["'colour'", "builder, container"]),
             ("threshold=1", &["threshold=1", "2 to 64"]),
-            ("container=cube", &["container=cube", "box, sphere"]),
+            ("container=cube", &["container=cube", "box, sphere, dop"]),
             ("builder=none", &["builder=none", "aac"]),
             ("preset=", &["preset=", "one of"]),
             ("threshold=6 threshold=7", &["'threshold'", "twice"]),
             ("container=sphere optimize=reinsert", &["'reinsert'", "boxes only"]),
-            ("container=sphere builder=binned-sah", &["boxes only"]),
+            ("container=dop optimize=split", &["'split'", "boxes only"]),
+            ("container=sphere builder=binned-sah", &["no spheres"]),
         ] {
             let error = tree_settings(text).unwrap_err();
             assert!(!error.contains('\n'), "one line: {error}");

@@ -18,7 +18,6 @@ use crate::scene::SceneSource;
 use crate::section::SectionChoice;
 use crate::view::CameraChoice;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::ContainerKind;
 
 /// Settings of `ray`.
 #[derive(Debug, Clone)]
@@ -97,10 +96,7 @@ fn ray_name(command: &RayCommand) -> String {
 
 /// The model, the ray and how it is traced, in two lines.
 fn title(command: &RayCommand, accel: &Accel, record: &RayRecord) -> String {
-    let containers = match accel.settings.container {
-        ContainerKind::Aabb => "boxes",
-        ContainerKind::Sphere => "spheres",
-    };
+    let containers = accel.settings.container.plural();
     let tree = match command.method {
         RayMethod::Binary(traversal) => {
             format!("{} traversal of the binary tree of {containers}", traversal.name())

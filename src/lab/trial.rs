@@ -79,7 +79,7 @@ impl Trial {
             width_px: view.size[0],
             height_px: view.size[1],
             repeat: self.builds.len(),
-            values: Values::of(&self.reading(subject, read.as_deref(), first)),
+            values: Values::of(&self.reading(subject, contender, first)),
             predicted_scaling: None,
             conditions: Some(Conditions::new(subject, contender, view, first.threads)),
             populations: first.populations.clone(),
@@ -90,7 +90,8 @@ impl Trial {
 
 impl Trial {
     /// The source of the numbers of the repetitions so far.
-    fn reading<'a>(&self, subject: &Subject, read: Option<&Accel>, first: &'a First) -> TreeReading<'a> {
+    fn reading<'a>(&self, subject: &Subject, contender: &Contender, first: &'a First) -> TreeReading<'a> {
+        let read = contender.read.as_deref();
         let (report, tests) = (&first.report, &first.tests);
         let file_ms = read.and_then(Accel::build_ms);
         let build = match read {
@@ -105,6 +106,7 @@ impl Trial {
         let ready: Option<Vec<f64>> = ready.collect();
         TreeReading {
             triangles: subject.scene.triangles.len(),
+            container: contender.setup.build.container,
             report,
             build,
             stages_ms: stage_medians(&self.builds),

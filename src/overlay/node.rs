@@ -1,6 +1,6 @@
 //! The instance data of a node.
 
-/// Instance data of one node, 64 bytes; the struct `Node` in `line.wgsl` has the same layout.
+/// Instance data of one node, 96 bytes; the struct `Node` in `line.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct OverlayNode {
@@ -25,6 +25,10 @@ pub struct OverlayNode {
     /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1 where only one
     /// of two trees has the node, else 0.
     pub value: f32,
+    /// The polytope's lower planes along [`Dop14::DIAGONALS`](bvhscope_engine::Dop14::DIAGONALS); its box is that above.
+    pub low: [f32; 4],
+    /// The upper planes.
+    pub high: [f32; 4],
 }
 
 /// The reason why a node is drawn, which decides its colour and line width.

@@ -19,6 +19,9 @@ const QUAD: [u16; 6] = [0, 1, 2, 2, 1, 3];
 const MAX_PIECES: u32 = 4 * 64;
 const BOX_EDGES: u32 = 12;
 const BOX_FACES: u32 = 6;
+const DOP_EDGES: u32 = 36;
+/// Pieces of the six sides, three each, and of the eight cuts, two each.
+const DOP_FACES: u32 = 6 * 3 + 8 * 2;
 
 /// The inputs that the uploaded instances were made from.
 #[derive(PartialEq)]
@@ -34,10 +37,10 @@ pub struct OverlayPipeline {
     bind_group: wgpu::BindGroup,
     /// For pictures of the viewport's size, and for smaller ones.
     picture_pipelines: [wgpu::RenderPipeline; 2],
-    box_pipeline: wgpu::RenderPipeline,
-    sphere_pipeline: wgpu::RenderPipeline,
+    /// In the order of [`ContainerKind::ALL`], as all that is listed by kind.
+    line_pipelines: [wgpu::RenderPipeline; 3],
     dot_pipeline: wgpu::RenderPipeline,
-    face_pipelines: [wgpu::RenderPipeline; 2],
+    face_pipelines: [wgpu::RenderPipeline; 3],
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
@@ -50,12 +53,12 @@ pub struct OverlayPipeline {
     outlined: u32,
     /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
-    /// The overlap of the selected node's children, and true if it is a sphere.
+    /// The overlap of the selected node's children, and the kind of its containers.
     overlap: Instances,
-    overlap_is_sphere: bool,
-    /// For the shown and for the highlighted nodes: drawn as boxes, as spheres, or both.
-    shown_kinds: [bool; 2],
-    marked_kinds: [bool; 2],
+    overlap_kind: ContainerKind,
+    /// For the shown and for the highlighted nodes the kinds of containers that are drawn.
+    shown_kinds: [bool; 3],
+    marked_kinds: [bool; 3],
     /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
@@ -100,8 +103,7 @@ impl OverlayPipeline {
             bind_group,
             picture_pipelines: pipelines.pictures,
             smooth: false,
-            box_pipeline: pipelines.boxes,
-            sphere_pipeline: pipelines.spheres,
+            line_pipelines: pipelines.lines,
             dot_pipeline: pipelines.dots,
             face_pipelines: pipelines.faces,
             uniforms,
@@ -113,9 +115,9 @@ impl OverlayPipeline {
             outlined: 0,
             marked: Instances::default(),
             overlap: Instances::default(),
-            overlap_is_sphere: false,
-            shown_kinds: [false; 2],
-            marked_kinds: [false; 2],
+            overlap_kind: ContainerKind::Aabb,
+            shown_kinds: [false; 3],
+            marked_kinds: [false; 3],
             shown_circles: 4,
             circle_segments: 64,
             faces: false,
@@ -166,14 +168,11 @@ impl OverlayPipeline {
             self.paint_faces(pass);
         }
         self.paint_overlap(pass);
-        for (instances, range, [boxes, spheres], circles) in lists {
+        for (instances, range, kinds, circles) in lists {
             let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
-            let pieces = [
-                (boxes, &self.box_pipeline, BOX_EDGES),
-                (spheres, &self.sphere_pipeline, circles * self.circle_segments),
-            ];
-            for (drawn, pipeline, pieces) in pieces {
+            let pieces = [BOX_EDGES, circles * self.circle_segments, DOP_EDGES];
+            for ((drawn, pipeline), pieces) in kinds.into_iter().zip(&self.line_pipelines).zip(pieces) {
                 if drawn {
                     pass.set_pipeline(pipeline);
                     pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, range.clone());
@@ -186,7 +185,7 @@ impl OverlayPipeline {
     fn paint_faces(&self, pass: &mut wgpu::RenderPass<'static>) {
         let Some(buffer) = self.shown.buffer.as_ref().filter(|_| self.outlined > 0) else { return };
         pass.set_vertex_buffer(0, buffer.slice(..));
-        let pieces = [BOX_FACES, self.circle_segments];
+        let pieces = self.face_pieces();
         for ((pipeline, drawn), pieces) in self.face_pipelines.iter().zip(self.shown_kinds).zip(pieces) {
             if drawn {
                 pass.set_pipeline(pipeline);
@@ -195,11 +194,16 @@ impl OverlayPipeline {
         }
     }
 
+    /// Pieces of the faces of each kind of container.
+    const fn face_pieces(&self) -> [u32; 3] {
+        [BOX_FACES, self.circle_segments, DOP_FACES]
+    }
+
     /// Fills what the children of the selected node have in common.
     fn paint_overlap(&self, pass: &mut wgpu::RenderPass<'static>) {
         let Some(buffer) = self.overlap.buffer.as_ref().filter(|_| self.overlap.count > 0) else { return };
-        let kind = usize::from(self.overlap_is_sphere);
-        let pieces = [BOX_FACES, self.circle_segments][kind];
+        let kind = self.overlap_kind as usize;
+        let pieces = self.face_pieces()[kind];
         pass.set_vertex_buffer(0, buffer.slice(..));
         pass.set_pipeline(&self.face_pipelines[kind]);
         pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..self.overlap.count);
@@ -214,23 +218,12 @@ impl OverlayPipeline {
     ) {
         self.shown_kinds = input.settings.kinds(table.container_kind());
         self.faces = input.settings.faces;
-        self.marked_kinds = match (self.shown_kinds, table.container_kind()) {
-            ([false, false], ContainerKind::Aabb) => [true, false],
-            ([false, false], ContainerKind::Sphere) => [false, true],
-            (kinds, _) => kinds,
-        };
-        let [show_boxes, show_spheres] = self.marked_kinds;
+        let own = ContainerKind::ALL.map(|kind| kind == table.container_kind());
+        self.marked_kinds = if self.shown_kinds == [false; 3] { own } else { self.shown_kinds };
         // Settings that only the uniforms read must not trigger a new list of instances.
-        let settings = OverlaySettings {
-            follows_tree: false,
-            hidden_alpha: 0.0,
-            line_width: 1.0,
-            faces: false,
-            overlap: false,
-            show_boxes,
-            show_spheres,
-            ..input.settings
-        };
+        let settings =
+            OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, faces: false, overlap: false, ..input.settings }
+                .with_kinds(self.marked_kinds);
         let marked: Vec<OverlayNode> = highlighted(table, input.selection)
             .into_iter()
             .map(|(node, role)| {
@@ -243,8 +236,8 @@ impl OverlayPipeline {
         let selected = input.selection.selected.filter(|&node| input.settings.overlap && (node as usize) < table.len());
         let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
         self.overlap.upload(device, queue, &overlap);
-        self.overlap_is_sphere = table.container_kind() == ContainerKind::Sphere;
-        if self.shown_kinds == [false, false] {
+        self.overlap_kind = table.container_kind();
+        if self.shown_kinds == [false; 3] {
             (self.shown.count, self.outlined, self.key) = (0, 0, None);
             return;
         }

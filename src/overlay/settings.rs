@@ -65,29 +65,46 @@ pub enum OverlayKinds {
     Box,
     /// Spheres.
     Sphere,
-    /// Both.
+    /// Polytopes.
+    Dop,
+    /// Boxes and spheres.
     Both,
-    /// Neither; highlighted nodes are still drawn.
+    /// Boxes and polytopes.
+    BoxDop,
+    /// Spheres and polytopes.
+    SphereDop,
+    /// Every kind.
+    All,
+    /// None; highlighted nodes are still drawn.
     None,
 }
 
 impl OverlayKinds {
     /// All choices.
-    pub const ALL: [Self; 4] = [Self::Box, Self::Sphere, Self::Both, Self::None];
+    pub const ALL: [Self; 8] =
+        [Self::Box, Self::Sphere, Self::Dop, Self::Both, Self::BoxDop, Self::SphereDop, Self::All, Self::None];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
             Self::Sphere => "sphere",
+            Self::Dop => "dop",
             Self::Both => "both",
+            Self::BoxDop => "box-dop",
+            Self::SphereDop => "sphere-dop",
+            Self::All => "all",
             Self::None => "none",
         }
     }
 
-    /// True for boxes, true for spheres if they are drawn.
-    pub const fn shown(self) -> [bool; 2] {
-        [matches!(self, Self::Box | Self::Both), matches!(self, Self::Sphere | Self::Both)]
+    /// True for each of [`ContainerKind::ALL`] that is drawn.
+    pub const fn shown(self) -> [bool; 3] {
+        [
+            matches!(self, Self::Box | Self::Both | Self::BoxDop | Self::All),
+            matches!(self, Self::Sphere | Self::Both | Self::SphereDop | Self::All),
+            matches!(self, Self::Dop | Self::BoxDop | Self::SphereDop | Self::All),
+        ]
     }
 }
 
@@ -96,12 +113,14 @@ impl OverlayKinds {
 #[serde(default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
-    /// Draws the kind of container that the tree is made of, whatever the next two say.
+    /// Draws the kind of container that the tree is made of, whatever the next three say.
     pub follows_tree: bool,
     /// Draws boxes.
     pub show_boxes: bool,
     /// Draws spheres.
     pub show_spheres: bool,
+    /// Draws polytopes.
+    pub show_dops: bool,
     /// First and last depth drawn, root 0, as the user chose them; clamped to the tree only where it is drawn. `None` for the
     /// range that suits the tree, see [`NodeTable::automatic_depths`](super::NodeTable::automatic_depths).
     pub depth: Option<[u32; 2]>,
@@ -131,6 +150,7 @@ impl Default for OverlaySettings {
             follows_tree: true,
             show_boxes: true,
             show_spheres: false,
+            show_dops: false,
             depth: None,
             leaves_only: false,
             parents: false,
@@ -156,20 +176,25 @@ impl OverlaySettings {
         self.budget.unwrap_or(Self::BUDGET)
     }
 
-    /// For a tree of `kind`: true for boxes, true for spheres if they are drawn.
-    pub fn kinds(&self, kind: ContainerKind) -> [bool; 2] {
+    /// For a tree of `kind`: true for each of [`ContainerKind::ALL`] that is drawn.
+    pub fn kinds(&self, kind: ContainerKind) -> [bool; 3] {
         if self.follows_tree {
-            [kind == ContainerKind::Aabb, kind == ContainerKind::Sphere]
+            ContainerKind::ALL.map(|own| own == kind)
         } else {
-            [self.show_boxes, self.show_spheres]
+            [self.show_boxes, self.show_spheres, self.show_dops]
         }
+    }
+
+    /// These settings with the kinds that are drawn chosen by hand, in the order of [`ContainerKind::ALL`].
+    #[must_use]
+    pub const fn with_kinds(self, [show_boxes, show_spheres, show_dops]: [bool; 3]) -> Self {
+        Self { follows_tree: false, show_boxes, show_spheres, show_dops, ..self }
     }
 
     /// These settings with the kinds that are drawn of a tree of `kind` spelt out.
     #[must_use]
     pub fn spelt_out(&self, kind: ContainerKind) -> Self {
-        let [show_boxes, show_spheres] = self.kinds(kind);
-        Self { follows_tree: false, show_boxes, show_spheres, ..*self }
+        self.with_kinds(self.kinds(kind))
     }
 }
 
@@ -190,8 +215,17 @@ mod tests {
     #[test]
     fn the_kind_follows_the_tree_until_it_is_chosen() {
         let mut settings = OverlaySettings::default();
-        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [[true, false], [false, true]]);
+        let each = [[true, false, false], [false, true, false], [false, false, true]];
+        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), each);
         settings.follows_tree = false;
-        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [[true, false]; 2]);
+        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [each[0]; 3]);
+    }
+
+    #[test]
+    fn every_choice_of_kinds_has_a_name() {
+        for choice in 0..8 {
+            let kinds = [0, 1, 2].map(|bit| choice >> bit & 1 == 1);
+            assert_eq!(OverlayKinds::ALL.iter().filter(|named| named.shown() == kinds).count(), 1, "{kinds:?}");
+        }
     }
 }

@@ -17,18 +17,23 @@ const CIRCLE: &str = include_str!("../../shaders/circle.wgsl");
 const FACE: &str = include_str!("../../shaders/face.wgsl");
 const BOX_FACE: &str = include_str!("../../shaders/box_face.wgsl");
 const SPHERE_FACE: &str = include_str!("../../shaders/sphere_face.wgsl");
+const DOP: &str = include_str!("../../shaders/dop.wgsl");
+const DOP_LINE: &str = include_str!("../../shaders/dop_line.wgsl");
+const DOP_FACE: &str = include_str!("../../shaders/dop_face.wgsl");
 const DOT: &str = include_str!("../../shaders/dot.wgsl");
 
-/// The complete WGSL of picture, boxes, spheres, dots, and the faces of boxes and of spheres.
-pub fn sources() -> [String; 6] {
+/// The complete WGSL of picture, boxes, spheres, polytopes, dots, and the faces of boxes, spheres and polytopes.
+pub fn sources() -> [String; 8] {
     let constants = constants();
     let files = [
         &[PICTURE][..],
         &[LINE, BOX],
         &[LINE, CIRCLE, SPHERE],
+        &[LINE, DOP, DOP_LINE],
         &[LINE, DOT],
         &[LINE, FACE, BOX_FACE],
         &[LINE, CIRCLE, FACE, SPHERE_FACE],
+        &[LINE, DOP, FACE, DOP_FACE],
     ];
     files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }

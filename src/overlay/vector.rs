@@ -13,7 +13,7 @@ use super::settings::{ColorBy, OverlaySettings};
 use super::viewpoint::Viewpoint;
 use crate::camera::{CameraFrame, Projection};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::geometry::{Aabb, Dop14};
 use bvhscope_engine::tree::ContainerKind;
 
 /// Segments of a circle.
@@ -89,15 +89,14 @@ pub fn vector_lines(input: &VectorInput<'_>, token: &CancelToken) -> Result<Vec<
 }
 
 /// Highlighted nodes are drawn as the containers of the tree.
-fn own_kind(input: &VectorInput<'_>) -> [bool; 2] {
-    let kind = input.table.container_kind();
-    [kind == ContainerKind::Aabb, kind == ContainerKind::Sphere]
+fn own_kind(input: &VectorInput<'_>) -> [bool; 3] {
+    ContainerKind::ALL.map(|kind| kind == input.table.container_kind())
 }
 
-/// The outline of a node as a box, as a sphere or as both: polylines in world space.
+/// The outline of a node as each of the kinds that are drawn: polylines in world space.
 fn outlines(
     node: &OverlayNode,
-    [boxes, spheres]: [bool; 2],
+    [boxes, spheres, dops]: [bool; 3],
     projector: &Projector<'_>,
 ) -> Vec<(ContainerKind, Vec<Vec<Vec3>>)> {
     let mut outlines = Vec::new();
@@ -107,6 +106,10 @@ fn outlines(
     if spheres {
         let silhouette = projector.silhouette(node.sphere_center.into(), node.sphere_radius);
         outlines.push((ContainerKind::Sphere, silhouette.into_iter().collect()));
+    }
+    if dops {
+        let dop = Dop14 { bounds: bounds(node), low: node.low, high: node.high };
+        outlines.push((ContainerKind::Dop14, dop.edges().into_iter().map(Vec::from).collect()));
     }
     outlines
 }
@@ -141,7 +144,7 @@ fn stroke(
 ) -> Stroke {
     let settings = input.settings;
     let (center, radius) = match kind {
-        ContainerKind::Aabb => (bounds(node).center(), bounds(node).extent().length() * 0.5),
+        ContainerKind::Aabb | ContainerKind::Dop14 => (bounds(node).center(), bounds(node).extent().length() * 0.5),
         ContainerKind::Sphere => (node.sphere_center.into(), node.sphere_radius),
     };
     let size = projector.size_px(center, radius) / FULL_SIZE_PX;

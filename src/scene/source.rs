@@ -131,7 +131,7 @@ impl BuiltinScene {
 }
 
 /// Every built-in scene, in menu order.
-pub const BUILTIN_SCENES: [BuiltinScene; 9] = [
+pub const BUILTIN_SCENES: [BuiltinScene; 12] = [
     BuiltinScene {
         name: "teapot",
         label: "Utah teapot",
@@ -161,6 +161,24 @@ pub const BUILTIN_SCENES: [BuiltinScene; 9] = [
         label: "Soup of slivers",
         description: "Long thin triangles in all directions: the classic bad case",
         size: Some(("triangles", 1, 20_000, 2_000_000)),
+    },
+    BuiltinScene {
+        name: "hair",
+        label: "Hair",
+        description: "Curled strands of three sides: slanted and thin everywhere",
+        size: Some(("triangles", 96, 200_000, 5_000_000)),
+    },
+    BuiltinScene {
+        name: "foliage",
+        label: "Foliage",
+        description: "A meadow of bent blades of grass",
+        size: Some(("triangles", 9, 150_000, 5_000_000)),
+    },
+    BuiltinScene {
+        name: "tilted",
+        label: "Tilted boards",
+        description: "The room of the Cornell box full of boards, each turned its own way",
+        size: Some(("boards", 1, 400, 100_000)),
     },
     BuiltinScene {
         name: "clusters",

@@ -233,7 +233,7 @@ fn derived_data() {
         let table = |accel: &Arc<Accel>| NodeTable::new(accel);
         let name = format!("containers of the kind other than {}", container.name());
         growing.check(&name, [&accels[0], &accels[1]], table, |table, token| {
-            table.complete(token).unwrap();
+            table.complete([true; 3], token).unwrap();
             table
         });
     }
@@ -441,6 +441,9 @@ fn models() {
         ("sphereflake", 3, 4),
         ("terrain", 4 * SMALL, 4 * SMALL * GROWTH),
         ("slivers", SMALL, SMALL * GROWTH),
+        ("hair", SMALL, SMALL * GROWTH),
+        ("foliage", SMALL, SMALL * GROWTH),
+        ("tilted", SMALL / 12, SMALL * GROWTH / 12),
         ("clusters", 400, 400 * GROWTH),
     ] {
         check(name, [small, large].map(|size| SceneSource::Builtin { name: name.to_owned(), size: Some(size) }));

@@ -98,7 +98,7 @@ fn what_cannot_be_measured_is_refused_with_a_reason() {
         (
             &["animate", "builtin:walker:2000", "--builder", "binned-sah", "--container", "sphere"],
             2,
-            &["boxes only", "box container"],
+            &["binned SAH", "no spheres", "polytopes"],
         ),
         (&["animate", "builtin:walker:2000", "--plot", "x.jpg"], 2, &["x.jpg", ".png or .svg"]),
     ];

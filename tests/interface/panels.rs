@@ -173,7 +173,7 @@ fn reset_restores_the_tree_settings() {
 #[test]
 fn the_radio_chooses_the_container() {
     let mut h = harness(state(Shading::Lit));
-    for kind in [ContainerKind::Sphere, ContainerKind::Aabb] {
+    for kind in [ContainerKind::Sphere, ContainerKind::Dop14, ContainerKind::Aabb] {
         h.get_by_role_and_label(Role::RadioButton, kind.label()).click();
         h.run_steps(3);
         assert_eq!(h.state().wanted.build.container, kind);

@@ -51,6 +51,9 @@ fn sizes_give_the_documented_triangle_counts() {
     }
     assert_eq!(["cloth", "explosion"].map(|name| builtin(name, Some(8)).triangles.len()), [8, 8]);
     assert_eq!(builtin("sphereflake", Some(2)).mesh_count, 91);
+    let triangles = ["hair", "foliage", "tilted"].map(|name| builtin(name, None).triangles.len());
+    assert_eq!(triangles, [199_968, 149_998, 12 + 12 * 400]);
+    assert_eq!(["hair", "foliage"].map(|name| builtin(name, Some(96)).triangles.len()), [96, 93]);
 }
 
 #[test]

@@ -218,6 +218,13 @@ fn heat_of_spheres() {
     check("heat-both-sphere", &frame, &TREE);
 }
 
+#[test]
+fn heat_of_polytopes() {
+    let settings = RenderSettings { color_map: ColorMap::Turbo, ..settings(Shading::Heat(HeatKind::Both)) };
+    let frame = picture("builtin:teapot:4", ContainerKind::Dop14, settings, Projection::Perspective);
+    check("heat-both-dop", &frame, &TREE);
+}
+
 /// The model cut open across z, hatched where the plane cuts through it; the heat map counts the tests of the clipped rays.
 #[test]
 fn cut_open() {

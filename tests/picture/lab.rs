@@ -70,7 +70,7 @@ fn the_wide_tree_hits_what_the_binary_one_hits() {
 
 fn both() -> Vec<Setup> {
     let setup = |container| Setup { build: BuildSettings::preset(Preset::Fast, container), preset: None, threads: 1 };
-    ContainerKind::ALL.map(setup).to_vec()
+    ContainerKind::OF_PAPER.map(setup).to_vec()
 }
 
 /// The rows of one group.
@@ -127,15 +127,19 @@ fn compared_builders_agree_on_hits() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
     let rows = collect(|row| compare(&subject, &ContainerKind::ALL, false, 1, &view, &CancelToken::new(), row));
-    // Five presets, two curves, LBVH and exact for both containers, binned SAH and five choices of passes for boxes.
-    assert_eq!(rows.len(), 24);
+    // Five presets, two curves, LBVH and exact for each container, binned SAH for boxes and polytopes, five choices of passes for boxes.
+    assert_eq!(rows.len(), 34);
     assert!(rows.iter().all(|row| row.number(HITS) == rows[0].number(HITS)));
     for row in &rows {
         // A binary tree: each interior node adds one leaf.
         assert_eq!(row.number(NODES), 2.0 * row.number(LEAVES) - 1.0, "{}", row.builder_name());
         let tree_bytes = row.number(TREE_BYTES) as usize;
-        // Nodes of 32 bytes or, around spheres, 24; a reference of 4 bytes for each triangle, or more after splitting.
-        let node_bytes = if row.container == ContainerKind::Aabb { 32 } else { 24 };
+        // A reference of 4 bytes for each triangle, or more after splitting.
+        let node_bytes = match row.container {
+            ContainerKind::Aabb => 32,
+            ContainerKind::Sphere => 24,
+            ContainerKind::Dop14 => 64,
+        };
         let references = (tree_bytes - row.number(NODES) as usize * node_bytes) / 4;
         let splits = row.settings.text(&OPTIMIZE).unwrap().contains("split");
         assert!(references == row.triangles || splits && references > row.triangles, "{}", row.builder_name());
@@ -176,7 +180,7 @@ fn scaling_starts_at_one() {
 fn shards_together_are_the_whole() {
     let plan = |shard| SweepPlan {
         ranges: vec![(&EPSILON, vec![0.1, 0.2]), (&THRESHOLD, vec![2.0, 4.0, 6.0, 8.0, 10.0])],
-        containers: ContainerKind::ALL.to_vec(),
+        containers: ContainerKind::OF_PAPER.to_vec(),
         threads: 1,
         shard,
     };
@@ -298,7 +302,7 @@ fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {
     let subject = subject(name);
     let job = Job::Sweep(SweepPlan {
         ranges: vec![(&EPSILON, epsilons.to_vec()), (&THRESHOLD, vec![4.0, 6.0, 8.0])],
-        containers: ContainerKind::ALL.to_vec(),
+        containers: ContainerKind::OF_PAPER.to_vec(),
         threads: 1,
         shard: (1, 1),
     });

@@ -9,7 +9,7 @@ use bvhscope::overlay::{
     legend,
 };
 use bvhscope::section::SectionPlane;
-use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
 use glam::Vec3;
 
 const FAR: f32 = 1e30;
@@ -245,6 +245,46 @@ fn the_outline_of_a_sphere_encloses_it() {
                 r.max(g).max(b) > 40
             });
             assert!(on, "a gap at {step}°");
+        }
+    }
+}
+
+/// Every edge is where the polytope's faces meet, and there are no others.
+#[test]
+fn the_edges_of_a_polytope_are_drawn_where_they_are() {
+    let rod = Triangle { a: Vec3::new(-1.0, -0.9, -0.4), b: Vec3::new(1.0, 0.7, 0.5), c: Vec3::new(0.9, 0.9, 0.3) };
+    let flake = Triangle { a: Vec3::new(-1.0, 0.2, 0.1), b: Vec3::new(0.1, 0.9, -0.8), c: Vec3::new(0.6, -1.0, 0.7) };
+    let size = [400, 400];
+    let picture = Flat::new(size, [0, 0, 0, 255], FAR);
+    let camera = camera(6.0, Projection::Orthographic);
+    // Pixels for each unit of length.
+    let scale = 200.0 / (6.0 * 0.4_f32.tan());
+    for triangles in [vec![rod], vec![flake], vec![rod, flake]] {
+        let table = table::<Dop14>(triangles);
+        let settings = OverlaySettings { line_width: 1.5, ..settings(0, 0) };
+        let drawn = draw(&picture, camera, Some(&table), settings, &Selection::default());
+        let lit = |x: f32, y: f32| drawn[y as usize * 400 + x as usize][..3].iter().any(|channel| *channel > 40);
+        let edges: Vec<[glam::Vec2; 2]> =
+            table.node_dop(0).edges().into_iter().map(|edge| edge.map(|p| p.truncate())).collect();
+        let at = |point: glam::Vec2| [200.0 + point.x * scale, 200.0 - point.y * scale];
+        for [a, b] in &edges {
+            for step in 0..=20 {
+                let [x, y] = at(a.lerp(*b, step as f32 / 20.0));
+                let is_lit = (-1..=1).any(|dx| (-1..=1).any(|dy| lit(x + dx as f32, y + dy as f32)));
+                assert!(is_lit, "a gap at {x}, {y} of {a} to {b}");
+            }
+        }
+        let distance = |point: glam::Vec2| {
+            let to_edge = |[a, b]: &[glam::Vec2; 2]| {
+                let along = (point - *a).dot(*b - *a) / (*b - *a).length_squared().max(1e-12);
+                point.distance(a.lerp(*b, along.clamp(0.0, 1.0)))
+            };
+            edges.iter().map(to_edge).fold(f32::INFINITY, f32::min) * scale
+        };
+        for index in (0..160_000).filter(|index| lit((index % 400) as f32, (index / 400) as f32)) {
+            let [x, y] = [(index % 400) as f32 + 0.5 - 200.0, 200.0 - (index / 400) as f32 - 0.5];
+            let point = glam::Vec2::new(x, y) / scale;
+            assert!(distance(point) < 2.5, "a line at {point} where no edge is");
         }
     }
 }

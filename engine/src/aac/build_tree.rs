@@ -47,8 +47,8 @@ pub struct TreeBuilder<'a, C: ClusterContainer> {
 }
 
 /// Result of `build_tree`: the clusters left of a range, and the nodes below them.
-pub struct Forest<'a, C> {
-    pub clusters: ClusterStack,
+pub struct Forest<'a, C: ClusterContainer> {
+    pub clusters: ClusterStack<C>,
     pub tasks: Vec<TaskNodes<'a, C>>,
 }
 
@@ -83,7 +83,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         );
         fork.join();
         let (Forest { mut clusters, mut tasks }, mut right) = (left?, right?);
-        clusters.append::<C>(&right.clusters, 0, right.clusters.len);
+        clusters.append(&right.clusters, 0, right.clusters.len);
         tasks.append(&mut right.tasks);
         // return combine_clusters(C, f(|P|))
         let target = plan.reduced_count;
@@ -138,7 +138,7 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
     range: Range<usize>,
     pairs: &mut PairWriter<C>,
     token: &CancelToken,
-) -> Result<ClusterStack, Cancelled> {
+) -> Result<ClusterStack<C>, Cancelled> {
     let mut stack = ClusterStack::with_capacity(LOADED);
     let mut scratch = Scratch::default();
     let mut loaded = ClusterStack::with_capacity(LOADED);
@@ -160,7 +160,7 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
                     prefetched_to = prefetch_to;
                     for (at, position) in range.clone().enumerate() {
                         let (fields, primitive) = input.fields(simd, triangles, position);
-                        loaded.set::<C>(at, Cluster::of_primitive(fields, primitive));
+                        loaded.set(at, Cluster::of_primitive(fields, primitive));
                     }
                     loaded_range = range.clone();
                 }
@@ -176,7 +176,7 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
                 }
                 // if |P| < δ: one cluster for each primitive of P; return combine_clusters(C, f(δ))
                 let base = stack.len;
-                stack.append::<C>(&loaded, range.start - loaded_range.start, range.len());
+                stack.append(&loaded, range.start - loaded_range.start, range.len());
                 (base, reduction.reduced_count(range.len()))
             }
         };

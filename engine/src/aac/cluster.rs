@@ -3,42 +3,41 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same field")]
 
-use bytemuck::{Pod, Zeroable};
 use fearless_simd::Simd;
 
 use crate::aac::cluster_container::ClusterContainer;
-use crate::kernel::lanes::{FIELDS, LANES, Lanes};
+use crate::kernel::lanes::{Fields, LANES, Lanes};
 use crate::tree::Node;
 
 /// A group of primitives and its container; becomes a node when it is merged.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[derive(Clone, Copy)]
 #[repr(C, align(32))]
-pub struct Cluster {
+pub struct Cluster<C: ClusterContainer> {
     /// Fields of its container, see [`ClusterContainer::fields`].
-    pub fields: [f32; FIELDS],
+    pub fields: C::Fields<f32>,
     /// Index of its first child in the list of nodes or, of a single primitive, that primitive's index in the input.
     pub first: u32,
     /// Number of primitives.
     pub count: u32,
 }
 
-impl Cluster {
+impl<C: ClusterContainer> Cluster<C> {
     /// The cluster of a single primitive, whose container has these `fields`.
     #[inline(always)]
-    pub fn of_primitive(fields: [f32; FIELDS], primitive: u32) -> Self {
+    pub fn of_primitive(fields: C::Fields<f32>, primitive: u32) -> Self {
         Self { fields, first: primitive, count: 1 }
     }
 
     /// The node that it becomes. An interior node's `count` still is its number of primitives, until leaves are ordered.
     #[inline(always)]
-    pub fn node<C: ClusterContainer>(&self) -> Node<C> {
+    pub fn node(&self) -> Node<C> {
         Node { container: C::from_fields(self.fields), first: self.first, count: self.count }
     }
 
     /// A cluster whose container has these fields, each in all lanes.
     #[inline(always)]
-    pub fn from_lanes<C: ClusterContainer, S: Simd, V: Lanes<S>>(lanes: &[V; FIELDS], first: u32, count: u32) -> Self {
-        let mut fields = [0.0; FIELDS];
+    pub fn from_lanes<S: Simd, V: Lanes<S>>(lanes: &C::Fields<V>, first: u32, count: u32) -> Self {
+        let mut fields = C::Fields::splat(0.0);
         for field in 0..C::USED_FIELDS {
             fields[field] = lanes[field][0];
         }
@@ -48,20 +47,19 @@ impl Cluster {
 
 /// A stack of clusters, stored both whole and as a structure of arrays. The lists that `combine_clusters` works on lie behind
 /// one another at its end. Its capacity always exceeds its length by a row of the widest kernel.
-#[derive(Debug)]
-pub struct ClusterStack {
+pub struct ClusterStack<C: ClusterContainer> {
     /// Container fields of each cluster.
-    pub fields: [Vec<f32>; FIELDS],
+    pub fields: C::Columns,
     /// The clusters.
-    pub items: Vec<Cluster>,
+    pub items: Vec<Cluster<C>>,
     /// Number of clusters; what lies behind is unspecified.
     pub len: usize,
 }
 
-impl ClusterStack {
+impl<C: ClusterContainer> ClusterStack<C> {
     /// An empty stack with space for `capacity` clusters; it grows where that is not enough.
     pub fn with_capacity(capacity: usize) -> Self {
-        let mut clusters = Self { fields: [const { Vec::new() }; FIELDS], items: Vec::new(), len: 0 };
+        let mut clusters = Self { fields: C::Columns::default(), items: Vec::new(), len: 0 };
         clusters.grow(capacity);
         clusters
     }
@@ -77,23 +75,23 @@ impl ClusterStack {
     #[cold]
     fn grow(&mut self, capacity: usize) {
         let capacity = capacity + 4 * LANES;
-        for field in &mut self.fields {
-            field.resize(capacity, 0.0);
+        for field in 0..C::USED_FIELDS {
+            self.fields[field].resize(capacity, 0.0);
         }
-        self.items.resize(capacity, Cluster::zeroed());
+        self.items.resize(capacity, Cluster { fields: C::Fields::splat(0.0), first: 0, count: 0 });
     }
 
     /// Pushes `cluster`.
     #[inline(always)]
-    pub fn push<C: ClusterContainer>(&mut self, cluster: Cluster) {
+    pub fn push(&mut self, cluster: Cluster<C>) {
         self.reserve(1);
-        self.set::<C>(self.len, cluster);
+        self.set(self.len, cluster);
         self.len += 1;
     }
 
     /// Replaces the cluster at `at`.
     #[inline(always)]
-    pub fn set<C: ClusterContainer>(&mut self, at: usize, cluster: Cluster) {
+    pub fn set(&mut self, at: usize, cluster: Cluster<C>) {
         for field in 0..C::USED_FIELDS {
             self.fields[field][at] = cluster.fields[field];
         }
@@ -102,7 +100,7 @@ impl ClusterStack {
 
     /// Pushes the `count` clusters of `other` that begin at `from`.
     #[inline(always)]
-    pub fn append<C: ClusterContainer>(&mut self, other: &Self, from: usize, count: usize) {
+    pub fn append(&mut self, other: &Self, from: usize, count: usize) {
         self.reserve(count);
         // Whole rows: what is copied in excess lies behind the end.
         for at in (0..count).step_by(LANES) {
@@ -117,8 +115,8 @@ impl ClusterStack {
 
     /// Loads the containers of the clusters from `at` on, one per lane.
     #[inline(always)]
-    pub fn load_row<C: ClusterContainer, S: Simd, V: Lanes<S>>(&self, simd: S, at: usize) -> [V; FIELDS] {
-        let mut row = [V::splat(simd, 0.0); FIELDS];
+    pub fn load_row<S: Simd, V: Lanes<S>>(&self, simd: S, at: usize) -> C::Fields<V> {
+        let mut row = C::Fields::splat(V::splat(simd, 0.0));
         for field in 0..C::USED_FIELDS {
             row[field] = V::from_slice(simd, &self.fields[field][at..at + V::LEN]);
         }

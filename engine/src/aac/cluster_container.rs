@@ -3,46 +3,59 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 #![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same field")]
 
+use std::ops::IndexMut;
+
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, Sphere};
-use crate::kernel::lanes::{FIELDS, Lanes};
+use crate::geometry::{Aabb, Dop14, Sphere, half_area_between};
+use crate::kernel::lanes::{Fields, Lanes};
 use crate::order::PrimitiveContainer;
 
 /// A container whose merge distance to many others can be computed at once.
 pub trait ClusterContainer: PrimitiveContainer {
     /// Number of fields in use.
     const USED_FIELDS: usize;
+    /// Longest list that is clustered by a matrix of distances, which is compiled for each length, see
+    /// [`combine_short`](super::combine_short::combine_short).
+    const LONGEST_SHORT_LIST: usize = 32;
+    /// A list of numbers for each field.
+    type Columns: Default + Send + IndexMut<usize, Output = Vec<f32>>;
     /// Fields of a stand-in for no cluster, whose distance to every container is infinite.
-    const INFINITELY_FAR: [f32; FIELDS];
-    /// Its fields: a box's minimum and maximum corner, a sphere's centre and radius.
-    fn fields(&self) -> [f32; FIELDS];
+    const INFINITELY_FAR: Self::Fields<f32>;
+    /// Its fields: a box's minimum and maximum corner, a sphere's centre and radius, a polytope's box and then the lower and the upper
+    /// planes along the diagonals.
+    fn fields(&self) -> Self::Fields<f32>;
     /// The container with these `fields`.
-    fn from_fields(fields: [f32; FIELDS]) -> Self;
+    fn from_fields(fields: Self::Fields<f32>) -> Self;
     /// Fields of the smallest container around two, each in all lanes.
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS];
+    fn union_fields<S: Simd, V: Lanes<S>>(
+        simd: S,
+        first: &Self::Fields<f32>,
+        second: &Self::Fields<f32>,
+    ) -> Self::Fields<V>;
     /// d(`own`, other) for each lane of `others`: surface area of the union, or a value that increases with it.
-    fn merge_distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V;
+    fn merge_distances<S: Simd, V: Lanes<S>>(simd: S, own: &Self::Fields<V>, others: &Self::Fields<V>) -> V;
 }
 
 impl ClusterContainer for Aabb {
     const USED_FIELDS: usize = 6;
-    const INFINITELY_FAR: [f32; FIELDS] =
+    type Columns = [Vec<f32>; 6];
+    const INFINITELY_FAR: [f32; 6] =
         [-f32::INFINITY, -f32::INFINITY, -f32::INFINITY, f32::INFINITY, f32::INFINITY, f32::INFINITY];
     #[inline(always)]
-    fn fields(&self) -> [f32; FIELDS] {
+    fn fields(&self) -> [f32; 6] {
         [self.min.x, self.min.y, self.min.z, self.max.x, self.max.y, self.max.z]
     }
 
     #[inline(always)]
-    fn from_fields([ax, ay, az, bx, by, bz]: [f32; FIELDS]) -> Self {
+    fn from_fields([ax, ay, az, bx, by, bz]: [f32; 6]) -> Self {
         Self { min: glam::Vec3::new(ax, ay, az), max: glam::Vec3::new(bx, by, bz) }
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
-        let mut union = [V::splat(simd, 0.0); FIELDS];
-        for field in 0..FIELDS {
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
+        let mut union = [V::splat(simd, 0.0); 6];
+        for field in 0..6 {
             let (a, b) = (V::splat(simd, first[field]), V::splat(simd, second[field]));
             union[field] = if field < 3 { a.min(b) } else { a.max(b) };
         }
@@ -50,7 +63,7 @@ impl ClusterContainer for Aabb {
     }
 
     #[inline(always)]
-    fn merge_distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V {
+    fn merge_distances<S: Simd, V: Lanes<S>>(_: S, own: &[V; 6], others: &[V; 6]) -> V {
         let x = own[3].max(others[3]) - own[0].min(others[0]);
         let y = own[4].max(others[4]) - own[1].min(others[1]);
         let z = own[5].max(others[5]) - own[2].min(others[2]);
@@ -60,24 +73,25 @@ impl ClusterContainer for Aabb {
 
 impl ClusterContainer for Sphere {
     const USED_FIELDS: usize = 4;
-    const INFINITELY_FAR: [f32; FIELDS] = [0.0, 0.0, 0.0, f32::INFINITY, 0.0, 0.0];
+    type Columns = [Vec<f32>; 6];
+    const INFINITELY_FAR: [f32; 6] = [0.0, 0.0, 0.0, f32::INFINITY, 0.0, 0.0];
     #[inline(always)]
-    fn fields(&self) -> [f32; FIELDS] {
+    fn fields(&self) -> [f32; 6] {
         [self.center.x, self.center.y, self.center.z, self.radius, 0.0, 0.0]
     }
 
     #[inline(always)]
-    fn from_fields([x, y, z, radius, ..]: [f32; FIELDS]) -> Self {
+    fn from_fields([x, y, z, radius, ..]: [f32; 6]) -> Self {
         Self { center: glam::Vec3::new(x, y, z), radius }
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; FIELDS], second: &[f32; FIELDS]) -> [V; FIELDS] {
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
         splat_fields::<Self, S, V>(simd, &Self::from_fields(*first).union(&Self::from_fields(*second)).fields())
     }
 
     #[inline(always)]
-    fn merge_distances<S: Simd, V: Lanes<S>>(own: &[V; FIELDS], others: &[V; FIELDS]) -> V {
+    fn merge_distances<S: Simd, V: Lanes<S>>(_: S, own: &[V; 6], others: &[V; 6]) -> V {
         let (x, y, z) = (own[0] - others[0], own[1] - others[1], own[2] - others[2]);
         let reach = ((x * x + y * y + z * z).sqrt() + (own[3] + others[3])) * 0.5;
         // The radius increases with the area; a sphere inside the other does not enlarge it.
@@ -85,10 +99,68 @@ impl ClusterContainer for Sphere {
     }
 }
 
+impl ClusterContainer for Dop14 {
+    const USED_FIELDS: usize = 14;
+    // For lists of presets for fast builds. Where distances take most of the time, little else can be saved.
+    const LONGEST_SHORT_LIST: usize = 8;
+    type Columns = [Vec<f32>; 14];
+    // So large that the area overflows, with planes along the diagonals beyond the corners: infinite ones would give no number.
+    const INFINITELY_FAR: [f32; 14] = {
+        const FAR: f32 = 1e25;
+        let (low, high) = (-4.0 * FAR, 4.0 * FAR);
+        [-FAR, -FAR, -FAR, FAR, FAR, FAR, low, low, low, low, high, high, high, high]
+    };
+
+    #[inline(always)]
+    fn fields(&self) -> [f32; 14] {
+        bytemuck::cast(*self)
+    }
+
+    #[inline(always)]
+    fn from_fields(fields: [f32; 14]) -> Self {
+        bytemuck::cast(fields)
+    }
+
+    #[inline(always)]
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 14], second: &[f32; 14]) -> [V; 14] {
+        let (first, second) = (splat_fields::<Self, S, V>(simd, first), splat_fields::<Self, S, V>(simd, second));
+        union_lanes(simd, &first, &second)
+    }
+
+    #[inline(always)]
+    fn merge_distances<S: Simd, V: Lanes<S>>(simd: S, own: &[V; 14], others: &[V; 14]) -> V {
+        areas_of_unions(simd, own, others)
+    }
+}
+
+/// Half of the surface areas of the smallest polytopes around two, lane by lane. Not inlined: a hundred and fifty instructions, several
+/// times for narrow vectors, at each of many places would take longer to compile than all of clustering.
+#[inline(never)]
+fn areas_of_unions<S: Simd, V: Lanes<S>>(simd: S, own: &[V; 14], others: &[V; 14]) -> V {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let [ax, ay, az, bx, by, bz, l0, l1, l2, l3, h0, h1, h2, h3] = union_lanes(simd, own, others);
+            half_area_between!([ax, ay, az], [bx, by, bz], [l0, l1, l2, l3], [h0, h1, h2, h3], V::splat(simd, 0.0))
+        },
+    )
+}
+
+/// Fields of the smallest polytopes around two, lane by lane.
+#[inline(always)]
+fn union_lanes<S: Simd, V: Lanes<S>>(simd: S, first: &[V; 14], second: &[V; 14]) -> [V; 14] {
+    let mut union = [V::splat(simd, 0.0); 14];
+    for field in 0..14 {
+        let (a, b) = (first[field], second[field]);
+        union[field] = if matches!(field, 0..3 | 6..10) { a.min(b) } else { a.max(b) };
+    }
+    union
+}
+
 /// Copies each of `fields` to all lanes. No closure: one that is not inlined would lack the vector instructions.
 #[inline(always)]
-pub fn splat_fields<C: ClusterContainer, S: Simd, V: Lanes<S>>(simd: S, fields: &[f32; FIELDS]) -> [V; FIELDS] {
-    let mut lanes = [V::splat(simd, 0.0); FIELDS];
+pub fn splat_fields<C: ClusterContainer, S: Simd, V: Lanes<S>>(simd: S, fields: &C::Fields<f32>) -> C::Fields<V> {
+    let mut lanes = C::Fields::splat(V::splat(simd, 0.0));
     for field in 0..C::USED_FIELDS {
         lanes[field] = V::splat(simd, fields[field]);
     }
@@ -106,7 +178,7 @@ mod tests {
     fn merge_distance<C: ClusterContainer>(own: &C, other: &C) -> f32 {
         dispatch!(SimdLevel::Sse2.level(), simd => {
             let [own, other] = [own, other].map(|container| splat_fields::<C, _, f32x4<_>>(simd, &container.fields()));
-            C::merge_distances(&own, &other)[0]
+            C::merge_distances(simd, &own, &other)[0]
         })
     }
 
@@ -122,6 +194,22 @@ mod tests {
             assert_eq!(merge_distance(&one, &other), radius, "{what}");
             assert_eq!(merge_distance(&other, &one), radius, "{what}, the other way round");
             assert!((one.union(&other).radius - radius).abs() < 1e-5, "{what}: {:?}", one.union(&other));
+        }
+    }
+
+    #[test]
+    fn the_merge_distance_of_polytopes_is_half_the_area_of_their_union() {
+        let point = |point: Vec3| Dop14::around_triangle(&crate::geometry::Triangle { a: point, b: point, c: point });
+        let (origin, corner) = (point(Vec3::ZERO), point(Vec3::ONE));
+        // A diagonal of a cube: planes allow a rod with a hexagonal section of no width.
+        assert!(merge_distance(&origin, &corner) < 1e-4);
+        let other = point(Vec3::new(1.0, 0.0, 0.0)).union(&point(Vec3::new(0.0, 1.0, 1.0)));
+        let all = origin.union(&corner).union(&other);
+        assert_eq!(merge_distance(&origin.union(&corner), &other), all.half_area());
+        assert_eq!(merge_distance(&other, &origin.union(&corner)), all.half_area());
+        let far = Dop14::from_fields(Dop14::INFINITELY_FAR);
+        for near in [origin, all, all.scaled(1e15), all.scaled(1e-15)] {
+            assert_eq!(merge_distance(&near, &far), f32::INFINITY, "{near:?}");
         }
     }
 

@@ -7,29 +7,29 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 
 use crate::aac::cluster::ClusterStack;
 use crate::aac::cluster_container::ClusterContainer;
-use crate::kernel::lanes::FIELDS;
+use crate::kernel::lanes::Fields;
 
 /// Number of clusters compared at a time.
 pub const WIDTH: usize = 16;
 
 /// Clusters that are compared at a time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 #[repr(align(64))]
-pub struct Row {
+pub struct Row<C: ClusterContainer> {
     /// Container fields, see [`ClusterContainer::fields`].
-    pub fields: [[f32; WIDTH]; FIELDS],
+    pub fields: C::Fields<[f32; WIDTH]>,
     /// Lower bounds of the distances to the best matches; infinity for empty places and for the query.
     pub bounds: [f32; WIDTH],
     /// Distances to the query; infinity where the bound is, and everywhere if there is no query.
     pub query_distances: [f32; WIDTH],
 }
 
-impl Row {
+impl<C: ClusterContainer> Row<C> {
     /// Loads the clusters from `at` on of a list that ends at `end`.
     #[inline(always)]
-    pub fn new<C: ClusterContainer>(list: &ClusterStack, at: usize, end: usize) -> Self {
+    pub fn new(list: &ClusterStack<C>, at: usize, end: usize) -> Self {
         let mut row = Self {
-            fields: [[0.0; WIDTH]; FIELDS],
+            fields: C::Fields::splat([0.0; WIDTH]),
             bounds: [f32::INFINITY; WIDTH],
             query_distances: [f32::INFINITY; WIDTH],
         };
@@ -43,8 +43,8 @@ impl Row {
 
     /// The containers of all lanes.
     #[inline(always)]
-    pub fn fields<C: ClusterContainer, S: Simd>(&self, simd: S) -> [f32x16<S>; FIELDS] {
-        let mut fields = [f32x16::splat(simd, 0.0); FIELDS];
+    pub fn fields<S: Simd>(&self, simd: S) -> C::Fields<f32x16<S>> {
+        let mut fields = C::Fields::splat(f32x16::splat(simd, 0.0));
         for field in 0..C::USED_FIELDS {
             fields[field] = f32x16::load_array_ref(simd, &self.fields[field]);
         }

@@ -32,8 +32,8 @@ use crate::cancel::{CancelToken, Cancelled};
 #[inline(always)]
 pub fn combine_clusters<C: ClusterContainer, S: Simd>(
     simd: S,
-    list: &mut ClusterStack,
-    scratch: &mut Scratch,
+    list: &mut ClusterStack<C>,
+    scratch: &mut Scratch<C>,
     base: usize,
     target: usize,
     pairs: &mut PairWriter<C>,
@@ -46,8 +46,12 @@ pub fn combine_clusters<C: ClusterContainer, S: Simd>(
     // All variants merge the same clusters, except where indices alone break a tie: a long list moves its last clusters earlier.
     match len {
         0..=8 => combine_short::<C, S, f32x8<S>, 1, 8>(simd, list, base, target, pairs),
-        9..=16 => combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs),
-        17..=32 => combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs),
+        9..=16 if C::LONGEST_SHORT_LIST >= 16 => {
+            combine_short::<C, S, f32x16<S>, 1, 16>(simd, list, base, target, pairs);
+        }
+        17..=32 if C::LONGEST_SHORT_LIST >= 32 => {
+            combine_short::<C, S, f32x16<S>, 2, 32>(simd, list, base, target, pairs);
+        }
         _ => return combine_long(simd, list, scratch, base, target, pairs, token),
     }
     Ok(())
@@ -60,13 +64,13 @@ mod tests {
 
     use super::*;
     use crate::aac::cluster::Cluster;
-    use crate::geometry::{Aabb, Sphere};
+    use crate::geometry::{Aabb, Dop14, Sphere};
     use crate::kernel::SimdLevel;
     use crate::tree::Node;
 
     /// Small containers at few positions, so that many distances are equal. No two clusters have the same number of primitives:
     /// indices never break a tie.
-    fn clusters<C: ClusterContainer>(count: usize, seed: u32) -> ClusterStack {
+    fn clusters<C: ClusterContainer>(count: usize, seed: u32) -> ClusterStack<C> {
         let mut state = seed;
         let mut number = |below: u32| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -81,7 +85,7 @@ mod tests {
             let container = C::of_triangle(&crate::geometry::Triangle { a, b, c: a });
             let primitives =
                 if count < 32 { 1 << (first * 11 % count as u32) } else { number(1 << 16) << 8 | number(1 << 8) };
-            list.push::<C>(Cluster { fields: container.fields(), first, count: primitives });
+            list.push(Cluster { fields: container.fields(), first, count: primitives });
         }
         list
     }
@@ -108,8 +112,10 @@ mod tests {
         assert!(result.is_ok());
         assert_eq!(list.len, target);
         for at in 0..target {
-            let fields: Vec<f32> = list.fields[..C::USED_FIELDS].iter().map(|field| field[at]).collect();
-            assert_eq!(list.items[at].fields[..C::USED_FIELDS], fields, "both forms of a cluster are the same");
+            for field in 0..C::USED_FIELDS {
+                let forms = [list.items[at].fields[field], list.fields[field][at]];
+                assert_eq!(forms[0], forms[1], "both forms of a cluster are the same");
+            }
         }
         let remaining = list.items[..target].iter().map(Cluster::node).collect();
         in_order(nodes, remaining)
@@ -158,6 +164,16 @@ mod tests {
         }
     }
 
+    impl Plain for Dop14 {
+        fn distance(&self, other: &Self) -> f32 {
+            self.around(other).half_area()
+        }
+
+        fn around(&self, other: &Self) -> Self {
+            self.union(other)
+        }
+    }
+
     /// The result of [`merged`] by comparing all pairs before each merge.
     fn merged_by_brute_force<C: Plain>(count: usize, target: usize, seed: u32) -> Vec<Node<C>> {
         let mut items: Vec<Node<C>> = clusters::<C>(count, seed).items[..count].iter().map(Cluster::node).collect();
@@ -197,7 +213,7 @@ mod tests {
                             (expected.first, expected.count),
                             "{count} to {target}, {name}"
                         );
-                        assert_eq!(node.container.fields(), expected.container.fields(), "{count} to {target}, {name}");
+                        assert_eq!(node.container, expected.container, "{count} to {target}, {name}");
                     }
                 }
             }
@@ -212,6 +228,11 @@ mod tests {
     #[test]
     fn long_lists_merge_the_closest_spheres() {
         check_long::<Sphere>();
+    }
+
+    #[test]
+    fn long_lists_merge_the_closest_polytopes() {
+        check_long::<Dop14>();
     }
 
     fn check<C: ClusterContainer>() {
@@ -233,8 +254,9 @@ mod tests {
                         "{count} to {target}, seed {seed}"
                     );
                     // The order of two spheres affects the last bits of their union.
-                    let fields = short.container.fields().into_iter().zip(long.container.fields());
-                    assert!(fields.into_iter().all(|(a, b)| (a - b).abs() <= 1e-6), "{count} to {target}, seed {seed}");
+                    let [short, long] = [short, long].map(|node| node.container.fields());
+                    let is_close = |field: usize| (short[field] - long[field]).abs() <= 1e-6;
+                    assert!((0..C::USED_FIELDS).all(is_close), "{count} to {target}, seed {seed}");
                 }
             }
         }
@@ -248,5 +270,10 @@ mod tests {
     #[test]
     fn short_and_long_lists_merge_the_same_spheres_at_every_level() {
         check::<Sphere>();
+    }
+
+    #[test]
+    fn short_and_long_lists_merge_the_same_polytopes_at_every_level() {
+        check::<Dop14>();
     }
 }

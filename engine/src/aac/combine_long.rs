@@ -16,7 +16,6 @@ use crate::aac::cluster_row::{Row, WIDTH, equal, lane_mask, minimum_of_each};
 use crate::aac::pair_writer::PairWriter;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::bits::bits;
-use crate::kernel::lanes::FIELDS;
 
 /// One bit per lane of a row.
 const ALL_LANES: u64 = (1 << WIDTH) - 1;
@@ -32,11 +31,16 @@ const COMPACTION_DIVISOR: usize = 4;
 const MAX_TIE_SEARCHES: usize = 32;
 
 /// Working memory of [`combine_long`], reused from list to list.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    rows: Vec<Row>,
+pub struct Scratch<C: ClusterContainer> {
+    rows: Vec<Row<C>>,
     /// Indices of the clusters with the smallest bound.
     tied: Vec<usize>,
+}
+
+impl<C: ClusterContainer> Default for Scratch<C> {
+    fn default() -> Self {
+        Self { rows: Vec::new(), tied: Vec::new() }
+    }
 }
 
 /// Merges the closest pair of the clusters from `base` on until `target` are left. There must be more than `target`. Not
@@ -44,8 +48,8 @@ pub struct Scratch {
 #[inline(never)]
 pub fn combine_long<C: ClusterContainer, S: Simd>(
     simd: S,
-    list: &mut ClusterStack,
-    scratch: &mut Scratch,
+    list: &mut ClusterStack<C>,
+    scratch: &mut Scratch<C>,
     base: usize,
     target: usize,
     pairs: &mut PairWriter<C>,
@@ -57,7 +61,7 @@ pub fn combine_long<C: ClusterContainer, S: Simd>(
             let len = list.len - base;
             let Scratch { rows, tied } = scratch;
             rows.clear();
-            rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new::<C>(list, at, list.len)));
+            rows.extend((base..list.len).step_by(WIDTH).map(|at| Row::new(list, at, list.len)));
             let items = &mut list.items[base..base + len];
             let mut search = Search {
                 rows: rows.as_mut_slice(),
@@ -67,27 +71,27 @@ pub fn combine_long<C: ClusterContainer, S: Simd>(
                 query_nearest: f32x16::splat(simd, 0.0),
             };
             // for each c in C: c.closest = find_best_match(C, c)
-            let mut smallest = search.find_all_best_matches::<C>(simd, token)?;
+            let mut smallest = search.find_all_best_matches(simd, token)?;
             loop {
                 // (left, right) = the pair with the smallest distance
                 let closest = search.smallest_bounds(simd, smallest);
                 let (low, high) = match closest.count {
                     // Its best match has been merged: otherwise that would have the smallest bound too.
                     1 => (closest.first, closest.first),
-                    2 if closest.has_query || search.is_pair::<C>(simd, &closest) => (closest.first, closest.last),
-                    _ => search.break_tie::<C>(simd, &closest, tied, token)?,
+                    2 if closest.has_query || search.is_pair(simd, &closest) => (closest.first, closest.last),
+                    _ => search.break_tie(simd, &closest, tied, token)?,
                 };
                 // C = C − {left, right} + the cluster of both; search again
-                smallest = search.merge_or_search::<C>(simd, low, high, pairs);
+                smallest = search.merge_or_search(simd, low, high, pairs);
                 if search.len <= target {
                     break;
                 }
                 if search.is_sparse() {
-                    smallest = search.compact::<C>(simd, tied);
+                    smallest = search.compact(simd, tied);
                 }
                 token.check()?;
             }
-            search.compact::<C>(simd, tied);
+            search.compact(simd, tied);
             list.len = base + search.len;
             for (row, at) in rows.iter().zip((base..list.len).step_by(WIDTH)) {
                 for field in 0..C::USED_FIELDS {
@@ -100,10 +104,10 @@ pub fn combine_long<C: ClusterContainer, S: Simd>(
 }
 
 /// A list while its clusters are merged.
-struct Search<'a, S: Simd> {
-    rows: &'a mut [Row],
+struct Search<'a, S: Simd, C: ClusterContainer> {
+    rows: &'a mut [Row<C>],
     /// The clusters; some places are empty.
-    items: &'a mut [Cluster],
+    items: &'a mut [Cluster<C>],
     /// Number of clusters.
     len: usize,
     /// Index of the query; [`NO_INDEX`] if there is none.
@@ -126,35 +130,31 @@ struct SmallestBounds<S: Simd> {
     has_query: bool,
 }
 
-impl<S: Simd> Search<'_, S> {
+impl<S: Simd, C: ClusterContainer> Search<'_, S, C> {
     /// Computes the distance of each pair of clusters once and stores each cluster's bound. Returns the smallest bound of each lane.
     #[inline(always)]
-    fn find_all_best_matches<C: ClusterContainer>(
-        &mut self,
-        simd: S,
-        token: &CancelToken,
-    ) -> Result<f32x16<S>, Cancelled> {
+    fn find_all_best_matches(&mut self, simd: S, token: &CancelToken) -> Result<f32x16<S>, Cancelled> {
         let infinity = f32x16::splat(simd, f32::INFINITY);
         let mut smallest = infinity;
         for at in 0..self.rows.len() {
             token.check()?;
             let [row, behind @ ..] = &mut self.rows[at..] else { break };
             let mut bounds = f32x16::load_array_ref(simd, &row.bounds);
-            let own = row.fields::<C, S>(simd);
+            let own = row.fields(simd);
             let items = &self.items[at * WIDTH..self.items.len().min((at + 1) * WIDTH)];
             for (lane, item) in items.iter().enumerate() {
-                let distances = C::merge_distances(&splat_fields::<C, S, _>(simd, &item.fields), &own);
+                let distances = C::merge_distances(simd, &splat_fields::<C, S, _>(simd, &item.fields), &own);
                 let itself = lane_mask::<S>(simd, lane);
                 bounds = bounds.min(itself.select(infinity, distances));
             }
-            if let Ok(items) = <&[Cluster; WIDTH]>::try_from(items) {
+            if let Ok(items) = <&[Cluster<C>; WIDTH]>::try_from(items) {
                 let mut found = [infinity; WIDTH];
                 for other in behind {
-                    let others = other.fields::<C, S>(simd);
+                    let others = other.fields(simd);
                     let mut bounds = f32x16::load_array_ref(simd, &other.bounds);
                     for lane in 0..WIDTH {
                         let own = splat_fields::<C, S, _>(simd, &items[lane].fields);
-                        let distances = C::merge_distances(&own, &others);
+                        let distances = C::merge_distances(simd, &own, &others);
                         found[lane] = found[lane].min(distances);
                         bounds = bounds.min(distances);
                     }
@@ -171,13 +171,7 @@ impl<S: Simd> Search<'_, S> {
     /// Makes the cluster at `at`, whose fields are `own` in all lanes, the query and computes its distances to all others. The
     /// cluster at `merged`, unless it is the same, is removed. Returns the smallest bound or distance of each lane.
     #[inline(always)]
-    fn find_best_match<C: ClusterContainer>(
-        &mut self,
-        simd: S,
-        own: &[f32x16<S>; FIELDS],
-        at: usize,
-        merged: usize,
-    ) -> f32x16<S> {
+    fn find_best_match(&mut self, simd: S, own: &C::Fields<f32x16<S>>, at: usize, merged: usize) -> f32x16<S> {
         self.store_query_bound(simd);
         self.exclude(simd, merged);
         self.exclude(simd, at);
@@ -186,7 +180,7 @@ impl<S: Simd> Search<'_, S> {
         let (mut nearest, mut smallest) = (infinity, infinity);
         for row in &mut *self.rows {
             let bounds = f32x16::load_array_ref(simd, &row.bounds);
-            let distances = C::merge_distances(own, &row.fields::<C, S>(simd));
+            let distances = C::merge_distances(simd, own, &row.fields(simd));
             let distances = bounds.simd_eq(infinity).select(infinity, distances);
             distances.store_slice(&mut row.query_distances);
             nearest = nearest.min(distances);
@@ -248,17 +242,17 @@ impl<S: Simd> Search<'_, S> {
 
     /// Whether the only two clusters with the smallest bound are at this distance from each other.
     #[inline(always)]
-    fn is_pair<C: ClusterContainer>(&self, simd: S, closest: &SmallestBounds<S>) -> bool {
+    fn is_pair(&self, simd: S, closest: &SmallestBounds<S>) -> bool {
         let [first, last] = [&self.items[closest.first], &self.items[closest.last]];
         let first = splat_fields::<C, S, f32x16<S>>(simd, &first.fields);
-        let distance = C::merge_distances(&first, &splat_fields::<C, S, _>(simd, &last.fields));
+        let distance = C::merge_distances(simd, &first, &splat_fields::<C, S, _>(simd, &last.fields));
         distance.simd_eq(closest.distance).any_true()
     }
 
     /// Of the pairs at the distance of the smallest bound, the one with the fewest primitives, then with the lowest indices, as far
     /// as [`MAX_TIE_SEARCHES`] show; if there is none any more, some cluster twice. `tied` is scratch memory.
     #[inline(always)]
-    fn break_tie<C: ClusterContainer>(
+    fn break_tie(
         &mut self,
         simd: S,
         closest: &SmallestBounds<S>,
@@ -292,7 +286,7 @@ impl<S: Simd> Search<'_, S> {
                 }
                 token.check()?;
                 let own = splat_fields::<C, S, _>(simd, &self.items[at].fields);
-                self.find_best_match::<C>(simd, &own, at, at);
+                self.find_best_match(simd, &own, at, at);
                 for (row, start) in self.rows.iter().zip((0..).step_by(WIDTH)) {
                     for other in bits(equal(simd, &row.query_distances, closest.distance)).map(|lane| start + lane) {
                         best = best.min((count + self.items[other].count, at.min(other), at.max(other)));
@@ -313,30 +307,24 @@ impl<S: Simd> Search<'_, S> {
     /// Replaces the clusters at `low` and `high` by their union at `low` and searches its best match; if `low` and `high` are the
     /// same, only searches again. Without a branch, as it would be unpredictable. Returns the smallest bound of each lane.
     #[inline(always)]
-    fn merge_or_search<C: ClusterContainer>(
-        &mut self,
-        simd: S,
-        low: usize,
-        high: usize,
-        pairs: &mut PairWriter<C>,
-    ) -> f32x16<S> {
+    fn merge_or_search(&mut self, simd: S, low: usize, high: usize, pairs: &mut PairWriter<C>) -> f32x16<S> {
         let lanes = C::union_fields::<S, f32x16<S>>(simd, &self.items[low].fields, &self.items[high].fields);
         let pair = [self.items[low], self.items[high]];
         let is_merge = low != high;
         let first = pairs.push_if(is_merge, &pair);
         let first = if is_merge { first } else { pair[0].first };
         let count = pair[0].count + if is_merge { pair[1].count } else { 0 };
-        let union = Cluster::from_lanes::<C, S, _>(&lanes, first, count);
+        let union = Cluster::from_lanes::<S, _>(&lanes, first, count);
         self.len -= usize::from(is_merge);
-        let smallest = self.find_best_match::<C>(simd, &lanes, low, high);
+        let smallest = self.find_best_match(simd, &lanes, low, high);
         // After its row was read: a load of the whole row would stall on this store to a part of it.
-        self.set::<C>(low, union);
+        self.set(low, union);
         smallest
     }
 
     /// Stores `cluster` at `at`.
     #[inline(always)]
-    fn set<C: ClusterContainer>(&mut self, at: usize, cluster: Cluster) {
+    fn set(&mut self, at: usize, cluster: Cluster<C>) {
         self.items[at] = cluster;
         let row = &mut self.rows[at / WIDTH];
         for field in 0..C::USED_FIELDS {
@@ -353,7 +341,7 @@ impl<S: Simd> Search<'_, S> {
     /// Moves the last clusters to the empty places; afterwards there is no query. Returns the smallest bound of each lane.
     /// `places` is scratch memory.
     #[inline(always)]
-    fn compact<C: ClusterContainer>(&mut self, simd: S, places: &mut Vec<usize>) -> f32x16<S> {
+    fn compact(&mut self, simd: S, places: &mut Vec<usize>) -> f32x16<S> {
         self.store_query_bound(simd);
         let infinity = f32x16::splat(simd, f32::INFINITY);
         places.clear();
@@ -368,7 +356,7 @@ impl<S: Simd> Search<'_, S> {
                 if from >= self.len {
                     let bound = self.rows[start / WIDTH].bounds[from % WIDTH];
                     self.rows[places[to] / WIDTH].bounds[places[to] % WIDTH] = bound;
-                    self.set::<C>(places[to], self.items[from]);
+                    self.set(places[to], self.items[from]);
                     to += 1;
                 }
             }

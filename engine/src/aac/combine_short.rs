@@ -12,7 +12,7 @@ use crate::aac::cluster::{Cluster, ClusterStack};
 use crate::aac::cluster_container::{ClusterContainer, splat_fields};
 use crate::aac::pair_writer::PairWriter;
 use crate::kernel::bits::bits;
-use crate::kernel::lanes::{FIELDS, Lanes};
+use crate::kernel::lanes::{Fields, Lanes};
 
 /// Distances between up to `N` clusters, one row per cluster; infinity on the diagonal and in rows of no cluster. Columns of empty
 /// places are stale.
@@ -24,7 +24,7 @@ struct Matrix<const N: usize>([[f32; N]; N]);
 #[inline(always)]
 pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, const N: usize>(
     simd: S,
-    list: &mut ClusterStack,
+    list: &mut ClusterStack<C>,
     base: usize,
     target: usize,
     pairs: &mut PairWriter<C>,
@@ -32,11 +32,11 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
     const { assert!(N == W * V::LEN && N.is_power_of_two() && N <= 32) };
     let mut len = list.len - base;
     let infinity = V::splat(simd, f32::INFINITY);
-    let mut fields = [[infinity; FIELDS]; W];
+    let mut fields = [C::Fields::splat(infinity); W];
     for w in 0..W {
-        fields[w] = list.load_row::<C, S, V>(simd, base + w * V::LEN);
+        fields[w] = list.load_row::<S, V>(simd, base + w * V::LEN);
     }
-    let Ok(items) = <&mut [Cluster; N]>::try_from(&mut list.items[base..base + N]) else { return };
+    let Ok(items) = <&mut [Cluster<C>; N]>::try_from(&mut list.items[base..base + N]) else { return };
 
     let quads = len.div_ceil(4);
     // One bit per place that holds a cluster.
@@ -48,7 +48,7 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
         let own = splat_fields::<C, S, V>(simd, &items[at % N].fields);
         let none = lanes::<S, V, W>(simd, !occupied | 1 << at);
         for w in 0..W {
-            let distances = none[w].select(infinity, C::merge_distances(&own, &fields[w]));
+            let distances = none[w].select(infinity, C::merge_distances(simd, &own, &fields[w]));
             distances.store_slice(&mut matrix.0[at % N][w * V::LEN..(w + 1) * V::LEN]);
             nearest[w] = nearest[w].min(distances);
         }
@@ -71,13 +71,13 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
             low = candidates.trailing_zeros() as usize % N;
             high = candidates.ilog2() as usize % N;
         } else {
-            (low, high) = matrix.break_tie::<S, V, W>(simd, smallest, candidates & occupied as u32, items);
+            (low, high) = matrix.break_tie::<C, S, V, W>(simd, smallest, candidates & occupied as u32, items);
         }
 
         // C = C − {left, right} + the cluster of both, in the place of the first
         let pair = [items[low], items[high]];
         let union = C::union_fields::<S, V>(simd, &pair[0].fields, &pair[1].fields);
-        items[low] = Cluster::from_lanes::<C, S, V>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
+        items[low] = Cluster::from_lanes::<S, V>(&union, pairs.push(&pair), pair[0].count + pair[1].count);
         let at_low = lanes::<S, V, W>(simd, 1 << low);
         for w in 0..W {
             for field in 0..C::USED_FIELDS {
@@ -93,7 +93,7 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
         // The distances of the new cluster, and the columns' minima without it.
         let none = lanes::<S, V, W>(simd, !occupied | 1 << low);
         for w in 0..W {
-            union_distances[w] = none[w].select(infinity, C::merge_distances(&union, &fields[w]));
+            union_distances[w] = none[w].select(infinity, C::merge_distances(simd, &union, &fields[w]));
         }
         matrix.0[low] = [f32::INFINITY; N];
         matrix.0[high] = [f32::INFINITY; N];
@@ -131,7 +131,7 @@ pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, 
         let (from, to) = (behind.ilog2() as usize, occupied.trailing_ones() as usize);
         behind &= !(1 << from);
         occupied |= 1 << to;
-        list.set::<C>(base + to, list.items[base + from]);
+        list.set(base + to, list.items[base + from]);
     }
 }
 
@@ -139,12 +139,12 @@ impl<const N: usize> Matrix<N> {
     /// Of the pairs whose distance is `smallest`, all among the `candidates`, the one with the fewest primitives, then with the
     /// lowest places.
     #[inline(always)]
-    fn break_tie<S: Simd, V: Lanes<S>, const W: usize>(
+    fn break_tie<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize>(
         &self,
         simd: S,
         smallest: V,
         candidates: u32,
-        items: &[Cluster; N],
+        items: &[Cluster<C>; N],
     ) -> (usize, usize) {
         let mut best = (u32::MAX, 0, 1);
         for low in bits(u64::from(candidates)) {

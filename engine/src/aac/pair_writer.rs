@@ -26,13 +26,13 @@ impl<'a, C: ClusterContainer> PairWriter<'a, C> {
 
     /// Writes two siblings and returns the index of the first in the whole list.
     #[inline(always)]
-    pub fn push(&mut self, pair: &[Cluster; 2]) -> u32 {
+    pub fn push(&mut self, pair: &[Cluster<C>; 2]) -> u32 {
         self.push_if(true, pair)
     }
 
     /// [`Self::push`] if `is_merge`; otherwise the next pair overwrites this one. At least one pair must still be due.
     #[inline(always)]
-    pub fn push_if(&mut self, is_merge: bool, pair: &[Cluster; 2]) -> u32 {
+    pub fn push_if(&mut self, is_merge: bool, pair: &[Cluster<C>; 2]) -> u32 {
         let start = self.first_written - 2;
         let nodes = &mut self.nodes[start..start + 2];
         for (node, cluster) in nodes.iter_mut().zip(pair) {

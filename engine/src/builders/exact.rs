@@ -27,7 +27,7 @@ pub fn build<C: ClusterContainer>(
             // By the same kernel as in the approximate builder, so that containers are bit for bit the same.
             let (cached, _) = C::bounds_and_centroids(simd, &[*triangle; LANES]);
             let fields = C::fields_from_cached(simd, &cached[0], triangle);
-            clusters.push::<C>(Cluster::of_primitive(fields, primitive as u32));
+            clusters.push(Cluster::of_primitive(fields, primitive as u32));
         }
     });
     let tree = agglomerate(clusters, token)?;
@@ -38,7 +38,7 @@ pub fn build<C: ClusterContainer>(
 
 /// The agglomerative tree of `clusters`, each with a single primitive. Its last merge is written first.
 pub(crate) fn agglomerate<C: ClusterContainer>(
-    mut clusters: ClusterStack,
+    mut clusters: ClusterStack<C>,
     token: &CancelToken,
 ) -> Result<Tree<C>, Cancelled> {
     let count = clusters.len;

@@ -20,7 +20,7 @@ use crate::aac::{ClusterContainer, build_bvh};
 use crate::builders::depth_limit::limit_depth;
 use crate::builders::prepared::{MAX_PRIMITIVES, PreparedInput};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
 use crate::optimize::{ANNEALING_PARTS, optimize};
 use crate::order::input_bounds;
 use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
@@ -60,6 +60,7 @@ pub fn build_binary_with_cache(
     match settings.container {
         ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token),
         ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token),
+        ContainerKind::Dop14 => build_container::<Dop14>(triangles, settings, cache, token),
     }
 }
 

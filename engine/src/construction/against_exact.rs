@@ -75,10 +75,10 @@ where
     let mut clusters = ClusterStack::with_capacity(leaves.len());
     let mut leaf_numbers = vec![0; own.nodes.len()];
     for (&leaf, number) in leaves.iter().zip(0..) {
-        clusters.push::<C>(Cluster::of_primitive(own.nodes[leaf].container.fields(), number));
+        clusters.push(Cluster::of_primitive(own.nodes[leaf].container.fields(), number));
         leaf_numbers[leaf] = number;
     }
-    let mut exact = agglomerate::<C>(clusters, token)?;
+    let mut exact = agglomerate(clusters, token)?;
     let sets = leaf_sets(&own, |leaf| leaf_numbers[leaf]);
     let exact_sets = leaf_sets(&exact, |leaf| exact.primitive_indices[exact.nodes[leaf].first as usize]);
     restore_leaves(&mut exact, &own, &leaves);

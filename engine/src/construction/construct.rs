@@ -6,7 +6,7 @@ use crate::builders::exact;
 use crate::builders::prepared::PreparedInput;
 use crate::builders::{BuildError, StageTimes, check_size};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
 use crate::order::input_bounds;
 use crate::settings::{BuildSettings, BuilderKind};
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -40,6 +40,7 @@ impl Construction {
         match settings.container {
             ContainerKind::Aabb => Ok(construct::<Aabb>(triangles, settings, token)?),
             ContainerKind::Sphere => Ok(construct::<Sphere>(triangles, settings, token)?),
+            ContainerKind::Dop14 => Ok(construct::<Dop14>(triangles, settings, token)?),
         }
     }
 

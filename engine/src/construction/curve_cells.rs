@@ -104,6 +104,8 @@ pub fn curve_order(
     match settings.container {
         ContainerKind::Aabb => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
         ContainerKind::Sphere => Ok(order_of::<Sphere>(triangles, settings, limits, token)?),
+        // Polytopes follow the curve by their boxes.
+        ContainerKind::Dop14 => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
     }
 }
 

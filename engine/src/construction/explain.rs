@@ -86,10 +86,10 @@ impl MergeChoice {
 }
 
 /// Surface area of the container around two clusters at `distance`. The builder compares values that increase with it: half the area for
-/// boxes, the radius for spheres.
+/// boxes and polytopes, the radius for spheres.
 pub fn merge_area(kind: ContainerKind, distance: f32) -> f32 {
     match kind {
-        ContainerKind::Aabb => 2.0 * distance,
+        ContainerKind::Aabb | ContainerKind::Dop14 => 2.0 * distance,
         ContainerKind::Sphere => 4.0 * std::f32::consts::PI * distance * distance,
     }
 }
@@ -211,10 +211,7 @@ fn keep_closest(pairs: &mut Vec<ClusterPair>) {
 }
 
 /// The containers of a list, for the builder's own distance function.
-struct Distances<C> {
-    clusters: ClusterStack,
-    container: std::marker::PhantomData<C>,
-}
+struct Distances<C: ClusterContainer>(ClusterStack<C>);
 
 impl<C: ClusterContainer> Distances<C> {
     /// The list of these `nodes` of `tree`.
@@ -223,30 +220,30 @@ impl<C: ClusterContainer> Distances<C> {
         for &index in nodes {
             let node = &tree.nodes[index as usize];
             let count = primitive_count(tree, node);
-            clusters.push::<C>(Cluster { fields: node.container.fields(), first: index, count });
+            clusters.push(Cluster { fields: node.container.fields(), first: index, count });
         }
-        Self { clusters, container: std::marker::PhantomData }
+        Self(clusters)
     }
 
     /// Number of primitives of the cluster at `at`.
     fn primitives(&self, at: usize) -> u32 {
-        self.clusters.items[at].count
+        self.0.items[at].count
     }
 
     /// Writes the distances of the cluster at `at` to all clusters to `row`, itself included.
     fn row(&self, at: usize, row: &mut Vec<f32>) {
-        dispatch!(SimdLevel::of_builds().level(), simd => distances_to::<C, _>(simd, &self.clusters, at, row));
+        dispatch!(SimdLevel::of_builds().level(), simd => distances_to::<C, _>(simd, &self.0, at, row));
     }
 }
 
 /// Writes the distances of the cluster at `at` to all of `clusters` to `row`.
 #[inline(always)]
-fn distances_to<C: ClusterContainer, S: Simd>(simd: S, clusters: &ClusterStack, at: usize, row: &mut Vec<f32>) {
+fn distances_to<C: ClusterContainer, S: Simd>(simd: S, clusters: &ClusterStack<C>, at: usize, row: &mut Vec<f32>) {
     row.clear();
     let own = splat_fields::<C, S, f32x16<S>>(simd, &clusters.items[at].fields);
     for start in (0..clusters.len).step_by(f32x16::<S>::LEN) {
-        let others = clusters.load_row::<C, S, f32x16<S>>(simd, start);
-        row.extend_from_slice(C::merge_distances(&own, &others).as_slice());
+        let others = clusters.load_row::<S, f32x16<S>>(simd, start);
+        row.extend_from_slice(C::merge_distances(simd, &own, &others).as_slice());
     }
     row.truncate(clusters.len);
 }

@@ -18,7 +18,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::node_metrics::own_cost;
-use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::tree::statistics::INTERSECTION_COST;
 use crate::tree::{AnyTree, Node, Tree};
 use crate::with_tree;
 
@@ -319,9 +319,9 @@ impl<C: ClusterContainer> Rebuild<'_, C> {
     fn clustered(&self, primitives: &[BuildPrimitive<C>], token: &CancelToken) -> Result<f64, Cancelled> {
         let mut clusters = ClusterStack::with_capacity(primitives.len());
         for (primitive, number) in primitives.iter().zip(0..) {
-            clusters.push::<C>(Cluster::of_primitive(primitive.container.fields(), number));
+            clusters.push(Cluster::of_primitive(primitive.container.fields(), number));
         }
-        let tree = agglomerate::<C>(clusters, token)?;
+        let tree = agglomerate(clusters, token)?;
         let mut parts: Vec<Option<Rebuilt<C>>> = tree.nodes.iter().map(|_| None).collect();
         for (index, Node { container, .. }) in tree.nodes.iter().enumerate().rev() {
             let children = tree.nodes[index].children();
@@ -343,7 +343,7 @@ impl<C: ClusterContainer> Rebuild<'_, C> {
         let container = left.container.union(&right.container);
         let area = f64::from(container.relative_area());
         let count = left.count + right.count;
-        let cost = area * f64::from(TRAVERSAL_COST) + left.cost + right.cost;
+        let cost = area * f64::from(C::KIND.traversal_cost()) + left.cost + right.cost;
         let as_leaf = area * f64::from(INTERSECTION_COST) * f64::from(count);
         Rebuilt { container, count, cost: if count <= self.max_leaf { cost.min(as_leaf) } else { cost } }
     }

@@ -128,11 +128,12 @@ impl Policy {
 
     /// Why trees of these settings over `primitive_count` triangles cannot follow by this policy; `None` if they can.
     pub fn refusal(self, settings: &BuildSettings, primitive_count: usize) -> Option<String> {
-        if self.row().boxes_only && settings.container == ContainerKind::Sphere {
+        if self.row().boxes_only && settings.container != ContainerKind::Aabb {
             return Some(format!(
-                "the policy '{}' moves subtrees of boxes only: choose the box container, or '{}' for spheres",
+                "the policy '{}' moves subtrees of boxes only: choose the box container, or '{}' for {}",
                 self.name(),
-                Self::Rotate.name()
+                Self::Rotate.name(),
+                settings.container.plural()
             ));
         }
         settings.refusal(primitive_count)

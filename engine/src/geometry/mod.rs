@@ -1,6 +1,8 @@
-//! Boxes, spheres, triangles and rays, and where they intersect. Knows nothing of trees.
+//! Boxes, spheres, polytopes, triangles and rays, and where they intersect. Knows nothing of trees.
 
 mod aabb;
+mod dop;
+mod dop_faces;
 mod lens;
 mod sphere;
 mod triangle;
@@ -10,12 +12,17 @@ mod ray;
 
 mod intersect;
 mod needle;
+mod ray_dop;
 mod ray_sphere;
 
 mod random_line;
 mod scale;
 
 pub use aabb::Aabb;
+pub use dop::Dop14;
+pub(crate) use dop::{DIAGONAL_PAD, half_area_between};
+pub use dop_faces::DopFace;
+pub(crate) use dop_faces::cut;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
 pub use lens::Lens;
@@ -23,6 +30,7 @@ pub(crate) use needle::{ExactPlane, NEEDLE_ASPECT};
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};
+pub use ray_dop::DiagonalRay;
 pub(crate) use ray_sphere::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 pub(crate) use scale::area_scale;
 pub use sphere::Sphere;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 
 use super::aabb::Aabb;
+use super::dop::Dop14;
 use super::ray::Ray;
 use super::sphere::Sphere;
 
@@ -33,6 +34,28 @@ impl Aabb {
         position[axis] = f64::from(u8::from(is_upper));
         let normal = Vec3::AXES[axis].as_dvec3() * if is_upper { -1.0 } else { 1.0 };
         line_entering(low + position * extent, normal, extent.length(), random)
+    }
+}
+
+impl Dop14 {
+    /// A line that enters the polytope at a point uniform over its surface; see [`Aabb::random_line`]. It begins a diagonal of the box
+    /// before.
+    pub(crate) fn random_line(&self, mut random: impl FnMut() -> f64) -> Ray {
+        let parts: Vec<(DVec3, [DVec3; 3])> =
+            self.faces().flat_map(|face| face.fan().map(|part| (-face.normal, part)).collect::<Vec<_>>()).collect();
+        let area = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a).length();
+        let total: f64 = parts.iter().map(|(_, part)| area(part)).sum();
+        let mut at = random() * total;
+        let chosen = parts.iter().find(|(_, part)| {
+            at -= area(part);
+            at < 0.0
+        });
+        // A line or a point has no surface.
+        let Some((normal, [a, b, c])) = chosen.or(parts.last()) else { return self.bounds.random_line(random) };
+        // Uniform over the triangle (Turk, *Generating Random Points in Triangles*, Graphics Gems, 1990).
+        let (u, v) = (random().sqrt(), random());
+        let entry = *a * (1.0 - u) + *b * (u * (1.0 - v)) + *c * (u * v);
+        line_entering(entry, *normal, self.bounds.extent().as_dvec3().length(), random)
     }
 }
 

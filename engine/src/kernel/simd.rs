@@ -1,9 +1,11 @@
 //! SIMD instruction set of the kernels, chosen at run time once per build, tile or batch of rays. All levels give the same trees
 //! and hits.
 
+#![allow(clippy::inline_always, reason = "a token must land in the caller, whose type it decides")]
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 
 /// Position in [`SimdLevel::ALL`] above which builds use no level.
 static WIDEST_OF_BUILDS: AtomicUsize = AtomicUsize::new(usize::MAX);
@@ -111,6 +113,19 @@ impl SimdLevel {
 /// The [`SimdLevel::plain_loop_level`] of builds.
 pub(crate) fn plain_loop_level() -> Level {
     SimdLevel::of_builds().plain_loop_level()
+}
+
+/// The instructions that every machine has. For code that gains nothing from others: it is compiled once instead of once for each
+/// level.
+#[inline(always)]
+pub(crate) fn baseline() -> impl Simd {
+    #[cfg(target_arch = "x86_64")]
+    let token = Level::baseline().as_sse2();
+    #[cfg(target_arch = "aarch64")]
+    let token = Level::baseline().as_neon();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    let token = Some(fearless_simd::Fallback::new());
+    token.unwrap_or_else(|| unreachable!("every machine has them"))
 }
 
 impl Default for SimdLevel {

@@ -42,7 +42,8 @@ pub fn collapse_in_order<C: ClusterContainer>(
             let container = tree.nodes[partition[index].node as usize].container;
             let primitives = subtrees[first].count + subtrees[first + 1].count;
             let children_cost = subtrees[first].cost + subtrees[first + 1].cost;
-            let (cost, is_leaf) = node_or_leaf_cost(container.relative_area(), primitives, children_cost, collapses);
+            let (cost, is_leaf) =
+                node_or_leaf_cost::<C>(container.relative_area(), primitives, children_cost, collapses);
             let root = Node { container, first: 0, count: if is_leaf { primitives } else { 0 } };
             subtrees[index] =
                 CollapsedSubtree { nodes: vec![root], cost, count: primitives, ..CollapsedSubtree::default() };
@@ -118,7 +119,7 @@ impl<C: ClusterContainer> CollapsedSubtree<C> {
             } else {
                 let [first, second] = [list[children as usize], list[children as usize + 1]];
                 let count = first.count + second.count;
-                (count, node_or_leaf_cost(area, count, first.cost + second.cost, collapses))
+                (count, node_or_leaf_cost::<C>(area, count, first.cost + second.cost, collapses))
             };
             interior_count += usize::from(!becomes_leaf);
             list[index] = SubtreeNode { count, cost, becomes_leaf, ..list[index] };

@@ -43,7 +43,7 @@ pub fn write_in_order<C: ClusterContainer>(tree: &mut Tree<C>, token: &CancelTok
 /// Runs those of the passes of `settings` that apply to finished trees, in the order of [`Pass::ALL`], except that trees to anneal
 /// are collapsed at the end: subtrees can be moved only while they are there. `sources` are the triangles that primitives are
 /// parts of, where some are split; annealing can leave parts out. Adds a stage and a cost for each pass, and a stage "layout"
-/// for writing the nodes in order. Passes for boxes leave a tree of spheres unchanged. The result is the same for any number of
+/// for writing the nodes in order. Passes for boxes leave trees of other containers unchanged. The result is the same for any number of
 /// threads.
 pub fn optimize<C: ClusterContainer>(
     mut tree: Tree<C>,

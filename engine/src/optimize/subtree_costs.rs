@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::par_collect::zeros;
 use crate::optimize::sah::{leaf_cost, node_or_leaf_cost};
-use crate::tree::statistics::TRAVERSAL_COST;
 use crate::tree::{Container, Node};
 
 /// Number of nodes per task, whose costs fit a core's second-level cache.
@@ -66,7 +65,7 @@ pub fn subtree_costs<C: Container>(
 #[inline(always)]
 fn node_cost<C: Container>(node: &Node<C>) -> f32 {
     let area = node.container.relative_area();
-    if node.is_leaf() { leaf_cost(area, node.count) } else { area * TRAVERSAL_COST }
+    if node.is_leaf() { leaf_cost(area, node.count) } else { area * C::KIND.traversal_cost() }
 }
 
 /// Cost of the subtree under node `index` from those of its children; `nodes[0]` has index `offset` in the tree. The
@@ -85,7 +84,7 @@ fn collapse_node<C: Container>(
         return SubtreeCost { cost: leaf_cost(area, node.count), count: node.count, leaves: 1 };
     }
     let count = left.count + right.count;
-    let (cost, is_leaf) = node_or_leaf_cost(area, count, left.cost + right.cost, collapses);
+    let (cost, is_leaf) = node_or_leaf_cost::<C>(area, count, left.cost + right.cost, collapses);
     if !is_leaf {
         return SubtreeCost { cost, count, leaves: left.leaves + right.leaves };
     }

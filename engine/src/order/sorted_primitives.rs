@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::lanes::{FIELDS, LANES};
+use crate::kernel::lanes::LANES;
 use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::plain_loop_level;
 use crate::order::curve::CurveGrid;
@@ -134,7 +134,7 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
 
     /// Container fields of the primitive at `position` in sorted order, and its index in the input.
     #[inline(always)]
-    pub fn fields<S: Simd>(&self, simd: S, triangles: &[Triangle], position: usize) -> ([f32; FIELDS], u32) {
+    pub fn fields<S: Simd>(&self, simd: S, triangles: &[Triangle], position: usize) -> (C::Fields<f32>, u32) {
         let primitive = self.primitive(position);
         let (cached, triangle) = (&self.cached[primitive as usize], &triangles[primitive as usize]);
         (C::fields_from_cached(simd, cached, triangle), primitive)

@@ -76,7 +76,7 @@ pub fn refit_and_rotate(tree: &mut AnyTree, triangles: &[Triangle], token: &Canc
 }
 
 /// [`refit()`] of a binary tree of boxes, after which up to `max_moves` of the subtrees with the most inefficient parents move to their
-/// best positions. A tree of spheres is only fitted. Returns the reduction of the summed half areas of all interior nodes.
+/// best positions. A tree of other containers is only fitted. Returns the reduction of the summed half areas of all interior nodes.
 ///
 /// # Panics
 ///

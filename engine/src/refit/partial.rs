@@ -65,16 +65,10 @@ pub fn partial_rebuild(
 ) -> Result<usize, BuildError> {
     let settings = BuildSettings { container: tree.container_kind(), ..*settings };
     let build = |triangles: &[Triangle], token: &CancelToken| build_binary(triangles, &settings, token);
-    match tree {
-        AnyTree::Aabb(tree) => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
-            let (AnyTree::Aabb(tree), _) = build(triangles, token)? else { unreachable!("boxes were asked for") };
-            Ok(tree)
-        }),
-        AnyTree::Sphere(tree) => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
-            let (AnyTree::Sphere(tree), _) = build(triangles, token)? else { unreachable!("spheres were asked for") };
-            Ok(tree)
-        }),
-    }
+    with_tree!(tree, tree => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
+        let (part, _) = build(triangles, token)?;
+        Ok(part.into_tree().unwrap_or_else(|| unreachable!("the settings have the tree's own container")))
+    }))
 }
 
 /// A subtree that was built again, with its [`BuiltCosts`].

@@ -58,6 +58,7 @@ impl WideRefit {
         match (wide, binary) {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(binary)) => Self::of(wide, binary, token),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(binary)) => Self::of(wide, binary, token),
+            (AnyWideTree::Dop14(wide), AnyTree::Dop14(binary)) => Self::of(wide, binary, token),
             _ => panic!("the trees have different containers"),
         }
     }
@@ -111,6 +112,7 @@ impl WideRefit {
         match (wide, binary) {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(binary)) => self.fit(wide, binary, triangles, token),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(binary)) => self.fit(wide, binary, triangles, token),
+            (AnyWideTree::Dop14(wide), AnyTree::Dop14(binary)) => self.fit(wide, binary, triangles, token),
             _ => panic!("the trees have different containers"),
         }
     }

@@ -1,15 +1,15 @@
-//! Containers, called bounding volumes in the literature: boxes and spheres, behind one trait.
+//! Containers, called bounding volumes in the literature: boxes, spheres and polytopes, behind one trait.
 
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, PairEntry, PreparedRay, Ray, Sphere, Triangle};
+use crate::geometry::{Aabb, DiagonalRay, Dop14, PairEntry, PreparedRay, Ray, Sphere, Triangle};
 
 /// Kind of bounding volume that a tree consists of.
 ///
 /// ```
 /// use bvhscope_engine::ContainerKind;
 ///
-/// assert_eq!(ContainerKind::ALL.map(ContainerKind::name), ["box", "sphere"]);
+/// assert_eq!(ContainerKind::ALL.map(ContainerKind::name), ["box", "sphere", "dop"]);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
@@ -19,17 +19,24 @@ pub enum ContainerKind {
     Aabb,
     /// Spheres.
     Sphere,
+    /// Discrete oriented polytopes of fourteen planes (k-DOPs with k = 14).
+    #[cfg_attr(feature = "serde", serde(rename = "dop"))]
+    Dop14,
 }
 
 impl ContainerKind {
-    /// Both kinds, boxes first.
-    pub const ALL: [Self; 2] = [Self::Aabb, Self::Sphere];
+    /// Every kind, boxes first.
+    pub const ALL: [Self; 3] = [Self::Aabb, Self::Sphere, Self::Dop14];
+
+    /// The kinds that the paper compares.
+    pub const OF_PAPER: [Self; 2] = [Self::Aabb, Self::Sphere];
 
     /// Name in text such as JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Aabb => "box",
             Self::Sphere => "sphere",
+            Self::Dop14 => "dop",
         }
     }
 
@@ -38,6 +45,26 @@ impl ContainerKind {
         match self {
             Self::Aabb => "Box",
             Self::Sphere => "Sphere",
+            Self::Dop14 => "14-DOP",
+        }
+    }
+
+    /// Several of them, in a sentence.
+    pub const fn plural(self) -> &'static str {
+        match self {
+            Self::Aabb => "boxes",
+            Self::Sphere => "spheres",
+            Self::Dop14 => "polytopes",
+        }
+    }
+
+    /// Cost of a test of one container by the surface area heuristic, in the unit of
+    /// [`INTERSECTION_COST`](super::statistics::INTERSECTION_COST): 1 for boxes and spheres, half as much again for
+    /// polytopes, the ratio of 4.5 to 3 that Káčerik and Bittner (*SOBB: Skewed Oriented Bounding Boxes for Ray Tracing*, 2025) take.
+    pub const fn traversal_cost(self) -> f32 {
+        match self {
+            Self::Aabb | Self::Sphere => 1.0,
+            Self::Dop14 => 1.5,
         }
     }
 }
@@ -46,6 +73,8 @@ impl ContainerKind {
 pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static {
     /// Kind of this container.
     const KIND: ContainerKind;
+    /// What tests of this container need of a ray beside [`PreparedRay`].
+    type RayPart: Copy;
     /// The container of nothing; the neutral element of [`Container::union`].
     const EMPTY: Self;
     /// The smallest container around `triangle`.
@@ -53,18 +82,27 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     /// The smallest container around both.
     #[must_use]
     fn union(&self, other: &Self) -> Self;
-    /// Surface area up to a constant factor of the kind: half of it for boxes, r² for spheres. Leaves the range of single precision
+    /// Surface area up to a constant factor of the kind: half of it for boxes and polytopes, r² for spheres. Leaves the range of single precision
     /// where coordinates are near its ends; [`Tree::area`](super::Tree::area) does not.
     fn relative_area(&self) -> f32;
     /// The container with all coordinates multiplied by `factor`, which is positive.
     #[must_use]
     fn scaled(&self, factor: f32) -> Self;
+    /// The part of `ray` for [`Container::entry`].
+    fn ray_part(ray: &PreparedRay) -> Self::RayPart;
     /// Entry distance of a ray, at least `t_min`; `None` where it misses or enters beyond `t_max`. NaN never makes a miss.
-    fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32>;
+    fn entry(&self, ray: &PreparedRay, part: &Self::RayPart, t_min: f32, t_max: f32) -> Option<f32>;
     /// [`Container::entry`] of two siblings, neither of them empty.
     #[inline(always)]
-    fn entry_pair<S: Simd>(_: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
-        let [a, b] = [pair[0].entry(ray, t_min, t_max), pair[1].entry(ray, t_min, t_max)];
+    fn entry_pair<S: Simd>(
+        _: S,
+        pair: [&Self; 2],
+        ray: &PreparedRay,
+        part: &Self::RayPart,
+        t_min: f32,
+        t_max: f32,
+    ) -> PairEntry {
+        let [a, b] = [pair[0].entry(ray, part, t_min, t_max), pair[1].entry(ray, part, t_min, t_max)];
         let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
         PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
     }
@@ -74,12 +112,12 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
     /// Whether `other` lies inside, within `slack` in world units.
     fn contains(&self, other: &Self, slack: f32) -> bool;
-    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common box, of the [`Lens`] between
-    /// two spheres. 0 where the two are disjoint.
+    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common box or polytope, of the [`Lens`]
+    /// between two spheres. 0 where the two are disjoint.
     ///
     /// [`Lens`]: crate::geometry::Lens
     fn intersection_area(&self, other: &Self) -> f32;
-    /// The smallest container around the intersection: the common box itself, the smallest sphere around the lens between two
+    /// The smallest container around the intersection: the common box or polytope itself, the smallest sphere around the lens between two
     /// spheres. Empty where the two are disjoint.
     #[must_use]
     fn intersection_bounds(&self, other: &Self) -> Self;
@@ -90,6 +128,7 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
 
 impl Container for Aabb {
     const KIND: ContainerKind = ContainerKind::Aabb;
+    type RayPart = ();
     const EMPTY: Self = Aabb::EMPTY;
 
     fn of_triangle(triangle: &Triangle) -> Self {
@@ -111,13 +150,16 @@ impl Container for Aabb {
         Self { min: self.min * factor, max: self.max * factor }
     }
 
+    #[inline(always)]
+    fn ray_part(_: &PreparedRay) {}
+
     #[inline]
-    fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32> {
+    fn entry(&self, ray: &PreparedRay, (): &(), t_min: f32, t_max: f32) -> Option<f32> {
         Aabb::entry(self, ray, t_min, t_max)
     }
 
     #[inline(always)]
-    fn entry_pair<S: Simd>(simd: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
+    fn entry_pair<S: Simd>(simd: S, pair: [&Self; 2], ray: &PreparedRay, (): &(), t_min: f32, t_max: f32) -> PairEntry {
         Aabb::entry_pair(simd, pair, ray, t_min, t_max)
     }
 
@@ -149,6 +191,7 @@ impl Container for Aabb {
 
 impl Container for Sphere {
     const KIND: ContainerKind = ContainerKind::Sphere;
+    type RayPart = ();
     const EMPTY: Self = Sphere::EMPTY;
 
     fn of_triangle(triangle: &Triangle) -> Self {
@@ -171,7 +214,10 @@ impl Container for Sphere {
     }
 
     #[inline(always)]
-    fn entry(&self, ray: &PreparedRay, t_min: f32, t_max: f32) -> Option<f32> {
+    fn ray_part(_: &PreparedRay) {}
+
+    #[inline(always)]
+    fn entry(&self, ray: &PreparedRay, (): &(), t_min: f32, t_max: f32) -> Option<f32> {
         Sphere::entry(self, ray, t_min, t_max)
     }
 
@@ -197,5 +243,73 @@ impl Container for Sphere {
 
     fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
         Sphere::random_line(self, random)
+    }
+}
+
+impl Container for Dop14 {
+    const KIND: ContainerKind = ContainerKind::Dop14;
+    type RayPart = DiagonalRay;
+    const EMPTY: Self = Dop14::EMPTY;
+
+    fn of_triangle(triangle: &Triangle) -> Self {
+        Self::around_triangle(triangle)
+    }
+
+    fn union(&self, other: &Self) -> Self {
+        Dop14::union(self, other)
+    }
+
+    fn relative_area(&self) -> f32 {
+        self.half_area()
+    }
+
+    fn scaled(&self, factor: f32) -> Self {
+        Dop14::scaled(self, factor)
+    }
+
+    fn ray_part(ray: &PreparedRay) -> DiagonalRay {
+        DiagonalRay::new(ray)
+    }
+
+    fn entry(&self, ray: &PreparedRay, part: &DiagonalRay, t_min: f32, t_max: f32) -> Option<f32> {
+        Dop14::entry(self, ray, part, t_min, t_max)
+    }
+
+    #[inline(always)]
+    fn entry_pair<S: Simd>(
+        _: S,
+        pair: [&Self; 2],
+        ray: &PreparedRay,
+        part: &DiagonalRay,
+        t_min: f32,
+        t_max: f32,
+    ) -> PairEntry {
+        let [a, b] = [pair[0].entry_inlined(ray, part, t_min, t_max), pair[1].entry_inlined(ray, part, t_min, t_max)];
+        let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
+        PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+        self.excess_of_point(point) <= f64::from(slack)
+    }
+
+    fn contains(&self, other: &Self, slack: f32) -> bool {
+        Dop14::contains(self, other, slack)
+    }
+
+    fn intersection_area(&self, other: &Self) -> f32 {
+        self.intersection(other).half_area()
+    }
+
+    fn intersection_bounds(&self, other: &Self) -> Self {
+        self.intersection(other)
+    }
+
+    fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
+        Dop14::random_line(self, random)
     }
 }

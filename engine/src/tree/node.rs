@@ -1,11 +1,12 @@
 //! The tree: a flat list of nodes.
 
+use std::any::Any;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Sphere, Triangle, area_scale};
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle, area_scale};
 use crate::kernel::par_collect::{par_collect, zeros};
 
 use super::container::{Container, ContainerKind};
@@ -92,16 +93,18 @@ pub struct Tree<C> {
     pub max_depth: u32,
 }
 
-/// A tree of boxes or of spheres.
+/// A tree of boxes, of spheres or of polytopes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyTree {
     /// A tree of boxes.
     Aabb(Tree<Aabb>),
     /// A tree of spheres.
     Sphere(Tree<Sphere>),
+    /// A tree of polytopes.
+    Dop14(Tree<Dop14>),
 }
 
-/// Evaluates an expression for either kind of tree: `with_tree!(any, tree => expression)`.
+/// Evaluates an expression for any kind of tree: `with_tree!(any, tree => expression)`.
 ///
 /// ```
 /// use bvhscope_engine::{AnyTree, ContainerKind, with_tree};
@@ -117,6 +120,7 @@ macro_rules! with_tree {
         match $any {
             $crate::tree::AnyTree::Aabb($tree) => $body,
             $crate::tree::AnyTree::Sphere($tree) => $body,
+            $crate::tree::AnyTree::Dop14($tree) => $body,
         }
     };
 }
@@ -130,6 +134,12 @@ impl From<Tree<Aabb>> for AnyTree {
 impl From<Tree<Sphere>> for AnyTree {
     fn from(tree: Tree<Sphere>) -> Self {
         Self::Sphere(tree)
+    }
+}
+
+impl From<Tree<Dop14>> for AnyTree {
+    fn from(tree: Tree<Dop14>) -> Self {
+        Self::Dop14(tree)
     }
 }
 
@@ -222,7 +232,13 @@ impl AnyTree {
         match self {
             Self::Aabb(_) => ContainerKind::Aabb,
             Self::Sphere(_) => ContainerKind::Sphere,
+            Self::Dop14(_) => ContainerKind::Dop14,
         }
+    }
+
+    /// The tree of containers `C`; `None` where it is of another kind.
+    pub(crate) fn into_tree<C: Container>(self) -> Option<Tree<C>> {
+        with_tree!(self, tree => (Box::new(tree) as Box<dyn Any>).downcast::<Tree<C>>().ok().map(|tree| *tree))
     }
 
     /// Number of nodes, leaves included.

@@ -5,7 +5,7 @@ use crate::kernel::par_collect::{par_collect, zeros};
 
 use super::container::Container;
 use super::node::{Node, Tree};
-use super::statistics::{INTERSECTION_COST, TRAVERSAL_COST, TreeStats};
+use super::statistics::{INTERSECTION_COST, TreeStats};
 
 /// Nodes between two polls for cancellation.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
@@ -17,7 +17,7 @@ pub fn area_share<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     if whole > 0.0 { ratio(part, whole) } else { 1.0 }
 }
 
-/// SAH cost of `node` itself, without the nodes below it, over that of the tree, 0 to 1. Its cost is area·[`TRAVERSAL_COST`], that
+/// SAH cost of `node` itself, without the nodes below it, over that of the tree, 0 to 1. Its cost is area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost), that
 /// of a leaf area·primitives·[`INTERSECTION_COST`]; see [`TreeStats::sah_cost`]. `stats` are those of `tree`. 0 where the tree has
 /// no cost.
 pub fn sah_share<C: Container>(tree: &Tree<C>, node: u32, stats: &TreeStats) -> f32 {
@@ -64,8 +64,8 @@ pub fn overlap<C: Container>(tree: &Tree<C>, node: u32) -> Option<f32> {
     Some(pairs(children(tree, node)?).map(of_pair).fold(0.0, |sum, share| sum + share))
 }
 
-/// For each pair of children of `node` that have a point in common, the smallest container around their intersection: for boxes
-/// the intersection itself. In the order of the children; none for a leaf. For spheres,
+/// For each pair of children of `node` that have a point in common, the smallest container around their intersection: for boxes and
+/// polytopes the intersection itself. In the order of the children; none for a leaf. For spheres,
 /// [`Sphere::lens`](crate::geometry::Sphere::lens) has the exact shape.
 pub fn intersections_of_children<C: Container>(tree: &Tree<C>, node: u32) -> impl Iterator<Item = C> {
     let common = pairs(children(tree, node).unwrap_or_default()).map(|(a, b)| a.intersection_bounds(b));
@@ -89,9 +89,13 @@ pub(crate) fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
     f64::from(tree.area(node)) * visit_cost(&tree.nodes[node as usize])
 }
 
-/// Cost of the tests that one visit of `node` causes: [`TRAVERSAL_COST`], or [`INTERSECTION_COST`] for each primitive of a leaf.
+/// Cost of the tests that one visit of `node` causes: [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), or [`INTERSECTION_COST`] for each primitive of a leaf.
 pub(super) fn visit_cost<C: Container>(node: &Node<C>) -> f64 {
-    if node.is_leaf() { f64::from(INTERSECTION_COST) * f64::from(node.count) } else { f64::from(TRAVERSAL_COST) }
+    if node.is_leaf() {
+        f64::from(INTERSECTION_COST) * f64::from(node.count)
+    } else {
+        f64::from(C::KIND.traversal_cost())
+    }
 }
 
 /// `part / whole`, clamped to 0 to 1; 0 where that is no number.

@@ -6,11 +6,11 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::prefetch::prefetch;
 use crate::with_tree;
 
-use super::container::Container;
+use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
 
-/// Cost of one container test, in the unit of [`INTERSECTION_COST`].
-pub const TRAVERSAL_COST: f32 = 1.0;
+/// Cost of one test of a box or a sphere, in the unit of [`INTERSECTION_COST`]; see [`traversal_cost`](crate::tree::ContainerKind::traversal_cost).
+pub const TRAVERSAL_COST: f32 = ContainerKind::Aabb.traversal_cost();
 /// Cost of one primitive test.
 pub const INTERSECTION_COST: f32 = 1.0;
 
@@ -44,7 +44,7 @@ pub struct TreeStats {
     pub max_arity: u32,
     /// Number of interior nodes by number of children; index 0 is unused. Empty where no node has children.
     pub arity_histogram: Vec<u32>,
-    /// SAH cost: Σ interior area·[`TRAVERSAL_COST`] + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
+    /// SAH cost: Σ interior area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost) + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
     /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). The constants are the same for nodes of any
     /// number of children: an interior node costs one step, however many containers are tested in it. 0 where the root has no
     /// area.
@@ -254,7 +254,8 @@ impl Sums {
             let is_full = |levels: &[u32]| levels[1] == 2 * levels[0];
             sums.min_leaf_depth = sums.nodes_per_depth.windows(2).take_while(|levels| is_full(levels)).count() as u32;
         }
-        let cost = sums.interior_area * f64::from(TRAVERSAL_COST) + sums.leaf_area * f64::from(INTERSECTION_COST);
+        let cost =
+            sums.interior_area * f64::from(C::KIND.traversal_cost()) + sums.leaf_area * f64::from(INTERSECTION_COST);
         TreeStats {
             nodes: tree.nodes.len(),
             leaves,
@@ -298,7 +299,7 @@ pub fn collapsed_cost_of<C: Container>(tree: &Tree<C>) -> f64 {
             node.children().fold((0, 0.0), below)
         };
         counts[index] = count;
-        costs[index] = (area * f64::from(TRAVERSAL_COST) + children_cost)
+        costs[index] = (area * f64::from(C::KIND.traversal_cost()) + children_cost)
             .min(area * f64::from(count) * f64::from(INTERSECTION_COST));
     }
     normalized_cost(costs[0], f64::from(tree.area(0)))

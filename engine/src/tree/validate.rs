@@ -7,7 +7,7 @@ use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
 
 /// Tolerance of containment for spheres, as a fraction of the scene's size, because square roots and quotients are rounded. Boxes
-/// are exact.
+/// are exact, and polytopes are padded.
 const SPHERE_SLACK: f32 = 1e-4;
 
 /// Checks that `tree`, of any arity, is a hierarchy over `triangles`: each primitive in exactly one leaf, each container inside
@@ -155,7 +155,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
 /// Tolerance of containment in `tree`, in world units.
 pub(crate) fn containment_slack<C: Container>(tree: &Tree<C>) -> f32 {
     match (C::KIND, tree.nodes.first()) {
-        (ContainerKind::Aabb, _) | (_, None) => 0.0,
+        (ContainerKind::Aabb | ContainerKind::Dop14, _) | (_, None) => 0.0,
         (ContainerKind::Sphere, Some(root)) => {
             let bounds = root.container.bounds();
             SPHERE_SLACK * bounds.extent().max_element().max(bounds.min.abs().max(bounds.max.abs()).max_element())

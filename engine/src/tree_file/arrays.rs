@@ -32,6 +32,7 @@ pub(super) const fn numbers_of(kind: ContainerKind) -> usize {
     match kind {
         ContainerKind::Aabb => 6,
         ContainerKind::Sphere => 4,
+        ContainerKind::Dop14 => 14,
     }
 }
 

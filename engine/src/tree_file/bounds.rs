@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 
 use super::arrays::Rows;
 use super::bounds_problem::BoundsProblem;
-use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
 use crate::tree::Container;
 
 /// Largest absolute coordinate and radius: of larger ones, squares and areas are not finite.
@@ -24,9 +24,10 @@ pub(super) trait FileContainer: Container + Pod {
     fn read(rows: Rows<'_>, node: u32) -> Result<Self, BoundsProblem> {
         let mut container = Self::EMPTY;
         let numbers: &mut [f32] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut container));
-        let found: [f32; 6] = rows.floats(node);
-        numbers.copy_from_slice(&found[..numbers.len().min(6)]);
-        if let Some(&number) = numbers.iter().find(|number| !is_usable(**number)) {
+        let found: [f32; 14] = rows.floats(node);
+        numbers.copy_from_slice(&found[..numbers.len().min(14)]);
+        // The first six are coordinates, and a radius; those of a polytope along the diagonals are sums of these.
+        if let Some(&number) = numbers.iter().take(6).find(|number| !is_usable(**number)) {
             return Err(BoundsProblem::Number(number));
         }
         container.problem().map_or(Ok(container), Err)
@@ -74,5 +75,34 @@ impl FileContainer for Sphere {
         let center = self.center.as_dvec3();
         let distances = [triangle.a, triangle.b, triangle.c].map(|corner| DVec3::distance(center, corner.as_dvec3()));
         distances.into_iter().fold(0.0, f64::max) - f64::from(self.radius)
+    }
+}
+
+impl FileContainer for Dop14 {
+    fn problem(&self) -> Option<BoundsProblem> {
+        let planes = self.low.into_iter().chain(self.high);
+        // NaN fails the comparison.
+        if let Some(plane) = planes.into_iter().find(|plane| !(plane.abs() <= 4.0 * MAX_COORDINATE)) {
+            return Some(BoundsProblem::Diagonal(plane));
+        }
+        let inside_out = || {
+            let diagonal = (0..4).find(|&at| self.low[at] > self.high[at])?;
+            let (low, high) = (self.low[diagonal], self.high[diagonal]);
+            Some(BoundsProblem::DiagonalInsideOut { diagonal, low, high })
+        };
+        self.bounds.problem().or_else(inside_out)
+    }
+
+    fn excess_of(&self, inner: &Self) -> f64 {
+        let beyond = |at: usize| {
+            let (low, high) = (f64::from(self.low[at]), f64::from(self.high[at]));
+            (low - f64::from(inner.low[at])).max(f64::from(inner.high[at]) - high) / 3.0_f64.sqrt()
+        };
+        (0..4).map(beyond).fold(self.bounds.excess_of(&inner.bounds), f64::max)
+    }
+
+    fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {
+        let corners = [triangle.a, triangle.b, triangle.c];
+        corners.into_iter().map(|corner| self.excess_of_point(corner)).fold(f64::NEG_INFINITY, f64::max)
     }
 }

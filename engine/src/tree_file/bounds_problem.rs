@@ -16,6 +16,19 @@ pub enum BoundsProblem {
         /// Upper corner.
         max: f32,
     },
+    /// A number along a diagonal is NaN, infinite or too large.
+    #[error("{0} along a diagonal where a number from -4e18 to 4e18 is expected")]
+    Diagonal(f32),
+    /// A polytope is inside out along a diagonal.
+    #[error("a polytope inside out: its low {diagonal} is {low}, its high {diagonal} {high}")]
+    DiagonalInsideOut {
+        /// The diagonal, 0 to 3.
+        diagonal: usize,
+        /// Lower plane.
+        low: f32,
+        /// Upper plane.
+        high: f32,
+    },
     /// A radius is negative.
     #[error("the negative radius {0}")]
     NegativeRadius(f32),

@@ -225,7 +225,9 @@ impl TreeFileError {
                 "write the first index and the number of indices of each leaf, and 0 as the number for interior nodes"
             }
             Self::Index { .. } => "count triangles from 0, in the order that info --triangles FILE writes",
-            Self::Bounds { .. } => "write bounds for every node: min x, y, z, max x, y, z, or center x, y, z, radius",
+            Self::Bounds { .. } => {
+                "write bounds for every node: of a box min x, y, z, max x, y, z, of a sphere center x, y, z, radius, of a dop a box, four low and four high"
+            }
             Self::Corner { .. } => "write three corners of finite numbers for each triangle",
             Self::NoCorners => "name the mesh, and this file with --tree",
             Self::NoNodes { .. } => "write the root as node 0, and the number of nodes in the header",

@@ -1,6 +1,6 @@
 //! Tree files: one bounding volume hierarchy of any builder, written down in `docs/tree-file.md` of the repository.
 //!
-//! Binary and n-ary trees of boxes or spheres with up to 32 children per node, in two lines of text and plain arrays.
+//! Binary and n-ary trees of boxes, spheres or polytopes with up to 32 children per node, in two lines of text and plain arrays.
 //! [`TreeFile::read`] checks everything that the memory of this process depends on, brings the nodes into the order of
 //! [`Tree`](crate::tree::Tree), and lists what is wrong with a tree that can be shown all the same. [`write_tree`] writes any
 //! tree, [`write_nodes_csv`] and [`write_nodes_json`] its nodes for notebooks. Knows bytes, readers of which are the caller's;

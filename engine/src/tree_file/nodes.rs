@@ -21,6 +21,10 @@ const fn bounds_columns(kind: ContainerKind) -> &'static [&'static str] {
     match kind {
         ContainerKind::Aabb => &["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"],
         ContainerKind::Sphere => &["center_x", "center_y", "center_z", "radius"],
+        ContainerKind::Dop14 => &[
+            "min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "low_0", "low_1", "low_2", "low_3", "high_0",
+            "high_1", "high_2", "high_3",
+        ],
     }
 }
 
@@ -30,7 +34,7 @@ struct NodeRow(u32, Option<u32>, u32, Option<u32>, u32, u32, u32);
 
 /// Writes the nodes of `tree` as CSV with a line of names: `node`, `parent` (empty for the root), `depth`, `first_child` (empty
 /// for a leaf; children are neighbours), `children` (their number), `first_primitive` and `primitives` (the range of positions
-/// in leaf order at and below the node), then `min_x` to `max_z` or `center_x` to `radius`.
+/// in leaf order at and below the node), then `min_x` to `max_z`, `center_x` to `radius`, or `min_x` to `high_3`.
 ///
 /// # Errors
 ///

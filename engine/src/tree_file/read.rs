@@ -9,7 +9,7 @@ use super::header::{Header, Parsed, parse};
 use super::layout::MAGIC;
 use super::links::{Links, Steps};
 use crate::cancel::CancelToken;
-use crate::geometry::{Aabb, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
 use crate::tree::{AnyTree, ContainerKind, Node, Tree};
 
 /// Contents of a tree file.
@@ -88,6 +88,7 @@ impl TreeFile {
         match parsed.kind {
             ContainerKind::Aabb => read_of::<Aabb>(parsed, &arrays, mesh, token),
             ContainerKind::Sphere => read_of::<Sphere>(parsed, &arrays, mesh, token),
+            ContainerKind::Dop14 => read_of::<Dop14>(parsed, &arrays, mesh, token),
         }
     }
 }
@@ -131,6 +132,7 @@ fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
     let node = match parsed.kind {
         ContainerKind::Aabb => size_of::<Node<Aabb>>(),
         ContainerKind::Sphere => size_of::<Node<Sphere>>(),
+        ContainerKind::Dop14 => size_of::<Node<Dop14>>(),
     };
     let per_node = (node as u64).saturating_add(OF_LINKS).saturating_add(faults::BYTES_PER_NODE);
     let (of_index, of_triangle) = match (has_mesh, arrays.corners) {

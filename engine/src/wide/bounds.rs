@@ -8,11 +8,11 @@ use fearless_simd::{Simd, f32x8, mask32x8};
 use crate::geometry::Ray;
 use crate::tree::Container;
 use crate::wide::box_lanes::LaneTest;
-use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::ray_lanes::{RayLanes, RayRows, TriangleLanes};
 
 /// A container of which wide trees are made.
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
-pub trait WideContainer: Container {
+pub trait WideContainer: Container + RayRows {
     /// Eight containers, one per lane.
     type Bounds: Pod + Send + Sync + PartialEq + Debug;
     /// Eight empty containers, which no ray enters.

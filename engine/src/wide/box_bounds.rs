@@ -6,12 +6,13 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use crate::geometry::{Aabb, FAR_SLACK, Ray};
 use crate::kernel::each;
+use crate::kernel::lanes::Lanes;
 use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::compact::CompactBoxes;
 use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
 
 /// A ray prepared for tests against eight boxes. The signs of the direction tell which planes are near, so that none
 /// are compared.
@@ -29,6 +30,15 @@ impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
     fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
         let (entered, entry) = Aabb::intersect(simd, bounds, self, t_max);
         (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
+impl RayRows for Aabb {
+    const OTHER_ROWS: usize = 0;
+
+    #[inline(always)]
+    fn other_rows<S: Simd, V: Lanes<S>>(simd: S, _: [V; 3], _: [V; 3]) -> [V; OTHER_ROWS] {
+        [V::splat(simd, 0.0); OTHER_ROWS]
     }
 }
 
@@ -79,17 +89,25 @@ impl WideContainer for Aabb {
 
     #[inline(always)]
     fn intersect<S: Simd>(simd: S, bounds: &BoxLanes, ray: &BoxRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let (entry, exit) = ray.between(simd, bounds);
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+    }
+}
+
+impl<S: Simd> BoxRay<S> {
+    /// Distances at which the ray enters and leaves each box.
+    #[inline(always)]
+    pub(crate) fn between(&self, simd: S, bounds: &BoxLanes) -> (f32x8<S>, f32x8<S>) {
         let coordinates: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
         let planes =
             |axis: usize, side: usize| f32x8::from_slice(simd, &coordinates[2 * WIDTH * axis + side..][..WIDTH]);
         let near = each!(axis => {
-            (ray.near_origin[axis] - planes(axis, ray.near[axis] & WIDTH)) * ray.negative_inverse[axis]
+            (self.near_origin[axis] - planes(axis, self.near[axis] & WIDTH)) * self.negative_inverse[axis]
         });
         let far = each!(axis => {
-            (ray.far_origin[axis] - planes(axis, ray.near[axis] & WIDTH ^ WIDTH)) * ray.negative_inverse[axis]
+            (self.far_origin[axis] - planes(axis, self.near[axis] & WIDTH ^ WIDTH)) * self.negative_inverse[axis]
         });
-        let entry = near[0].max(near[1]).max(near[2].max(ray.t_min));
-        let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
-        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+        let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
+        (entry, far[0].min(far[1]).min(far[2]) * FAR_SLACK)
     }
 }

@@ -138,7 +138,7 @@ mod tests {
             let ray = Ray { t_min: coordinate(&mut state).max(0.0), ..Ray::new(origin, direction) };
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                 dispatch!(level.level(), simd => {
-                    let Some(lanes) = RayLanes::single(simd, &ray) else { return };
+                    let Some(lanes) = RayLanes::single::<_, Aabb>(simd, &ray) else { return };
                     let Some((fused, _)) = FusedBoxRay::new(simd, &ray) else { return };
                     let exact = LaneTest::intersect(&Aabb::prepare(simd, &lanes, 0), simd, &bounds, f32::MAX);
                     let found = fused.intersect(simd, &bounds, f32::MAX);

@@ -15,6 +15,7 @@ pub mod box_bounds;
 pub mod box_lanes;
 pub mod child;
 pub mod compact;
+pub mod dop_bounds;
 pub mod leaves;
 pub mod sphere_bounds;
 pub mod tree;

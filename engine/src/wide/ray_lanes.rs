@@ -1,11 +1,11 @@
 //! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8, u32x8};
 use glam::Vec3;
 
 use crate::geometry::{PARALLEL_PAD, Ray};
 use crate::kernel::each;
-use crate::tree::{Container, ContainerKind};
+use crate::kernel::lanes::Lanes;
 use crate::wide::layout::WIDTH;
 
 /// Number of rays that are prepared at a time.
@@ -70,16 +70,25 @@ pub(crate) struct RayLanes<const N: usize> {
     pub(crate) triangles: TriangleLanes<N>,
     /// For each axis the offset of the near planes: 0 for the lower ones, [`WIDTH`] for the upper ones.
     pub(crate) near: [[u32; N]; 3],
-    /// From here on used by spheres only.
-    pub(crate) origin: [[f32; N]; 3],
-    pub(crate) unit_direction: [[f32; N]; 3],
-    pub(crate) inverse_length: [f32; N],
+    /// Values that only tests of other containers than boxes use, see [`RayRows`].
+    pub(crate) others: [[f32; N]; OTHER_ROWS],
+}
+
+/// Number of rows of [`RayLanes::others`].
+pub(crate) const OTHER_ROWS: usize = 9;
+
+/// A container whose tests use rows of their own of [`RayLanes::others`].
+pub trait RayRows {
+    /// Number of these rows.
+    const OTHER_ROWS: usize;
+    /// Their values for rays with these origins and directions, one ray in each lane.
+    fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS];
 }
 
 impl RayLanes<1> {
-    /// A single ray; `None` if it cannot hit anything.
+    /// A single ray for containers of type `C`; `None` if it cannot hit anything.
     #[inline(always)]
-    pub(crate) fn single<S: Simd>(simd: S, ray: &Ray) -> Option<Self> {
+    pub(crate) fn single<S: Simd, C: RayRows>(simd: S, ray: &Ray) -> Option<Self> {
         let splat = |value| f32x4::splat(simd, value);
         let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
         let [o, d] = origin_and_direction(simd, ray);
@@ -94,14 +103,19 @@ impl RayLanes<1> {
         let crosses = inverse.abs().simd_le(largest);
         let pad = crosses.select(zero, o.abs() * splat(2.0 * f32::EPSILON) + splat(PARALLEL_PAD));
         let inverse = crosses.select(inverse, largest);
-        let inverse_length = squared.sqrt().recip();
         let is_negative = inverse.simd_lt(zero).to_bitmask() as u32;
+        let mut others = [[0.0]; OTHER_ROWS];
+        if C::OTHER_ROWS > 0 {
+            let rows =
+                C::other_rows(simd, each!(axis => splat(ray.origin[axis])), each!(axis => splat(ray.direction[axis])));
+            for (other, row) in others.iter_mut().zip(rows) {
+                *other = [row[0]];
+            }
+        }
         Some(Self {
             triangles: TriangleLanes::new(simd, ray, d, [o + pad, o - pad], inverse, t_min),
             near: each!(axis => [(is_negative >> axis & 1) * WIDTH as u32]),
-            origin: column(o),
-            unit_direction: column(d * splat(inverse_length)),
-            inverse_length: [inverse_length],
+            others,
         })
     }
 }
@@ -162,18 +176,13 @@ impl<const N: usize> TriangleLanes<N> {
 
 impl<const N: usize> RayLanes<N> {
     /// No rays.
-    pub(crate) const EMPTY: Self = Self {
-        triangles: TriangleLanes::EMPTY,
-        near: [[0; N]; 3],
-        origin: [[0.0; N]; 3],
-        unit_direction: [[0.0; N]; 3],
-        inverse_length: [0.0; N],
-    };
+    pub(crate) const EMPTY: Self =
+        Self { triangles: TriangleLanes::EMPTY, near: [[0; N]; 3], others: [[0.0; N]; OTHER_ROWS] };
 
     /// Prepares the first eight of `rays` for containers of type `C` and stores them from index `first` on, a multiple
     /// of [`RAY_LANES`]. Returns a mask of the rays that can hit anything.
     #[inline(always)]
-    pub(crate) fn set<S: Simd, C: Container>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
+    pub(crate) fn set<S: Simd, C: RayRows>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
         if rays.is_empty() {
             return 0;
         }
@@ -190,7 +199,6 @@ impl<const N: usize> RayLanes<N> {
             & o[2].abs().simd_le(largest)
             & t_min.simd_le(t_max)
             & t_min.simd_le(largest);
-        let inverse_length = one / squared.sqrt();
         let inverse = each!(axis => one / d[axis]);
         let crosses = each!(axis => inverse[axis].abs().simd_le(largest));
         let pad = each!(axis => {
@@ -228,17 +236,15 @@ impl<const N: usize> RayLanes<N> {
             put(&mut self.triangles.negative_inverse[axis], -inverse[axis]);
             put(&mut self.triangles.factors[axis], factors[axis]);
             put(&mut self.triangles.sheared_origin[axis], sheared_origin[axis]);
-            if C::KIND == ContainerKind::Sphere {
-                put(&mut self.origin[axis], o[axis]);
-                put(&mut self.unit_direction[axis], d[axis] * inverse_length);
-            }
             let near = inverse[axis].simd_lt(zero).select(high_side, low_side);
             self.near[axis][first..][..RAY_LANES].copy_from_slice(near.as_slice());
             self.triangles.axes[axis][first..][..RAY_LANES].copy_from_slice(axes[axis].as_slice());
         }
         put(&mut self.triangles.t_min, t_min);
-        if C::KIND == ContainerKind::Sphere {
-            put(&mut self.inverse_length, inverse_length);
+        if C::OTHER_ROWS > 0 {
+            for (other, row) in self.others.iter_mut().zip(C::other_rows(simd, o, d)).take(C::OTHER_ROWS) {
+                put(other, row);
+            }
         }
         can_hit.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
     }

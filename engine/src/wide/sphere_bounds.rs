@@ -11,7 +11,7 @@ use crate::kernel::lanes;
 use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::layout::WIDTH;
-use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
 
 /// Eight spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -58,6 +58,19 @@ impl<S: Simd> LaneTest<S, SphereLanes> for SphereRay<S> {
     }
 }
 
+impl RayRows for Sphere {
+    const OTHER_ROWS: usize = 7;
+
+    /// Origin, direction scaled to length 1, and 1 / length.
+    #[inline(always)]
+    fn other_rows<S: Simd, V: lanes::Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
+        let inverse_length = V::splat(simd, 1.0) / dot(direction, direction).sqrt();
+        let ([ox, oy, oz], [dx, dy, dz]) = (origin, each!(axis => direction[axis] * inverse_length));
+        let unused = V::splat(simd, 0.0);
+        [ox, oy, oz, dx, dy, dz, inverse_length, unused, unused]
+    }
+}
+
 #[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
 impl WideContainer for Sphere {
     type Bounds = SphereLanes;
@@ -87,9 +100,9 @@ impl WideContainer for Sphere {
     #[inline(always)]
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> SphereRay<S> {
         SphereRay {
-            origin: each!(axis => f32x8::splat(simd, rays.origin[axis][at % N])),
-            unit_direction: each!(axis => f32x8::splat(simd, rays.unit_direction[axis][at % N])),
-            inverse_length: f32x8::splat(simd, rays.inverse_length[at % N]),
+            origin: each!(axis => f32x8::splat(simd, rays.others[axis][at % N])),
+            unit_direction: each!(axis => f32x8::splat(simd, rays.others[3 + axis][at % N])),
+            inverse_length: f32x8::splat(simd, rays.others[6][at % N]),
             t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
     }

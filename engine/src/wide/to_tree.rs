@@ -63,11 +63,12 @@ impl<C: WideContainer> WideTree<C> {
 
 impl AnyWideTree {
     /// The same hierarchy as a tree of nodes with up to eight children; see [`WideTree::to_tree`]. `binary` is the tree that it
-    /// was made from; `None` where that is one of the other container.
+    /// was made from; `None` where that is one of another container.
     pub fn to_tree(&self, binary: &AnyTree, token: &CancelToken) -> Result<Option<AnyTree>, Cancelled> {
         Ok(match (self, binary) {
             (Self::Aabb(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
             (Self::Sphere(wide), AnyTree::Sphere(binary)) => Some(wide.to_tree(binary, token)?.into()),
+            (Self::Dop14(wide), AnyTree::Dop14(binary)) => Some(wide.to_tree(binary, token)?.into()),
             _ => None,
         })
     }

@@ -5,7 +5,7 @@ use std::hint::select_unpredictable;
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, Sphere};
+use crate::geometry::{Aabb, Dop14, Sphere};
 use crate::kernel::prefetch;
 use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::child::Child;
@@ -160,13 +160,15 @@ impl<C: WideContainer> WideTree<C> {
     }
 }
 
-/// A wide tree with either kind of container.
+/// A wide tree with any kind of container.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyWideTree {
     /// A tree of boxes.
     Aabb(WideTree<Aabb>),
     /// A tree of spheres.
     Sphere(WideTree<Sphere>),
+    /// A tree of polytopes.
+    Dop14(WideTree<Dop14>),
 }
 
 /// How the nodes of a wide tree of boxes store them. Hits are the same.
@@ -186,13 +188,14 @@ impl NodeForm {
     }
 }
 
-/// Evaluates an expression for the wide tree of either kind: `with_wide_tree!(any, tree => expression)`.
+/// Evaluates an expression for the wide tree of any kind: `with_wide_tree!(any, tree => expression)`.
 #[macro_export]
 macro_rules! with_wide_tree {
     ($any:expr, $tree:ident => $body:expr) => {
         match $any {
             $crate::wide::AnyWideTree::Aabb($tree) => $body,
             $crate::wide::AnyWideTree::Sphere($tree) => $body,
+            $crate::wide::AnyWideTree::Dop14($tree) => $body,
         }
     };
 }

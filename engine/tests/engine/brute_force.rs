@@ -4,7 +4,7 @@
 use bvhscope_engine::WideBvh;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Hit, Ray, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, Hit, Ray, Sphere, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
@@ -86,7 +86,11 @@ fn bundles_of_rays_find_what_a_scan_finds() {
         if !(bounds.extent().is_finite() && bounds.extent().length().is_finite()) {
             continue;
         }
-        let trees = [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 3)];
+        let trees = [
+            trees::halved::<Aabb>(&triangles, 1),
+            trees::halved::<Sphere>(&triangles, 3),
+            trees::halved::<Dop14>(&triangles, 3),
+        ];
         // Wide and narrow bundles, full and not, and one along an axis, whose rays disagree in their signs.
         for (spread, count) in [(0.02, 256), (0.3, 131), (0.3, 7), (2.0, 300)] {
             let target = triangles.get(random.below(triangles.len().max(1))).map_or(Vec3::ZERO, |triangle| triangle.a);
@@ -205,6 +209,7 @@ fn hand_made_trees_find_what_a_scan_finds() {
         let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
         check_hand_made::<Aabb>(name, &triangles, &rays, &expected);
         check_hand_made::<Sphere>(name, &triangles, &rays, &expected);
+        check_hand_made::<Dop14>(name, &triangles, &rays, &expected);
     }
 }
 
@@ -277,9 +282,11 @@ fn no_ray_slips_into_a_closed_ball() {
 fn rays_along_slab_planes_hit_the_grid() {
     // Every whole coordinate is a face of some box.
     let triangles = trees::grid(8, 2, 0.0);
-    for (tree, kind) in
-        [(trees::halved::<Aabb>(&triangles, 1), "box"), (trees::halved::<Sphere>(&triangles, 1), "sphere")]
-    {
+    for (tree, kind) in [
+        (trees::halved::<Aabb>(&triangles, 1), "box"),
+        (trees::halved::<Sphere>(&triangles, 1), "sphere"),
+        (trees::halved::<Dop14>(&triangles, 1), "dop"),
+    ] {
         with_tree!(&tree, tree => {
             let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
             for x in 0..=8 {
@@ -335,6 +342,7 @@ fn many_rays_at_once_end_in_a_tree_deeper_than_their_stacks() {
     let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
     check_wide("chain", &triangles, &trees::chain::<Aabb>(&triangles), &rays, &expected);
     check_wide("chain", &triangles, &trees::chain::<Sphere>(&triangles), &rays, &expected);
+    check_wide("chain", &triangles, &trees::chain::<Dop14>(&triangles), &rays, &expected);
 }
 
 #[test]
@@ -357,7 +365,11 @@ fn any_number_of_rays_can_be_asked_at_once() {
 fn a_wide_tree_of_many_parts_finds_what_the_binary_tree_finds() {
     let triangles = trees::ball(Vec3::ONE, 2.0, 128);
     let rays: Vec<_> = trees::rays(&triangles, 300, 3);
-    for tree in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 1)] {
+    for tree in [
+        trees::halved::<Aabb>(&triangles, 1),
+        trees::halved::<Sphere>(&triangles, 1),
+        trees::halved::<Dop14>(&triangles, 1),
+    ] {
         let expected: Vec<_> = with_tree!(&tree, tree => {
             let leaf_triangles = tree.leaf_triangles(&triangles, &CancelToken::new()).expect("never cancelled");
             let hit = |ray| closest_hit(tree, &leaf_triangles, ray, Traversal::Ordered, &mut NoProbe);
@@ -406,6 +418,7 @@ proptest! {
             let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
             check_hand_made::<Aabb>("random", &triangles, &rays, &expected);
             check_hand_made::<Sphere>("random", &triangles, &rays, &expected);
+            check_hand_made::<Dop14>("random", &triangles, &rays, &expected);
         }
     }
 }

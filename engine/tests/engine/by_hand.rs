@@ -179,13 +179,17 @@ fn the_overlap_of_a_split_triangle_is_that_on_paper() {
 
 #[test]
 fn bytes_are_those_of_nodes_and_indices() {
-    // A box has six floats, a sphere four; then two numbers per node, and one index per triangle.
+    // A box has six floats, a sphere four, a polytope fourteen; then two numbers per node, and one index per triangle.
     assert_eq!(boxes().bytes(), 7 * (6 + 2) * 4 + 7 * 4);
     assert_eq!(spheres().bytes(), 7 * (4 + 2) * 4 + 7 * 4);
     for container in ContainerKind::ALL {
         let settings = BuildSettings { container, ..BuildSettings::default() };
         let bvh = build(&triangles(), &settings, &CancelToken::new()).unwrap();
-        let node = if container == ContainerKind::Aabb { 32 } else { 24 };
+        let node = match container {
+            ContainerKind::Aabb => 32,
+            ContainerKind::Sphere => 24,
+            ContainerKind::Dop14 => 64,
+        };
         assert_eq!(bvh.statistics().nodes, 13, "one triangle per leaf");
         assert_eq!(bvh.report().tree_bytes, 13 * node + 7 * 4, "{container:?}");
         assert_eq!(bvh.report().triangle_bytes, 7 * 36, "{container:?}");

@@ -39,7 +39,9 @@ fn the_overlap_of_equal_triangles_takes_bounded_work_and_says_what_it_is_made_fr
                 "{container:?}, {count} triangles: {found:?}"
             );
             // Each triangle lies in all nodes but those that hold it: its leaf and the nodes above.
-            let exact = nodes as f32 - 1.0 - tree_stats(&tree, &CancelToken::new()).unwrap().mean_leaf_depth;
+            let stats = tree_stats(&tree, &CancelToken::new()).unwrap();
+            let foreign = (stats.nodes - stats.leaves) as f32 - stats.mean_leaf_depth;
+            let exact = foreign * container.traversal_cost() + stats.leaves as f32 - 1.0;
             assert!((found.value / exact - 1.0).abs() < 1e-2, "{container:?}, {found:?} instead of {exact}");
             assert_eq!((found.triangles, found.is_exact()), (count, false));
             found

@@ -55,6 +55,7 @@ fn four_in_a_row_by_hand() {
     assert_eq!((last.winner.distance, last.winner.primitives, last.runner_up, last.margin()), (21.0, 4, None, None));
     assert_eq!((last.node, last.clusters.len()), (0, 2));
     assert_eq!(merge_area(ContainerKind::Aabb, 21.0), 42.0);
+    assert_eq!(merge_area(ContainerKind::Dop14, 21.0), 42.0);
     assert!((merge_area(ContainerKind::Sphere, 2.0) - 50.265_48).abs() < 1e-4);
     assert_eq!(construction.choice(3, &CancelToken::new()), Ok(None));
 }
@@ -85,7 +86,7 @@ fn the_closest_pair_wins_every_merge() {
             if merge % 7 == 0 {
                 let closest = with_tree!(&construction.tree, tree => closest(tree, &construction.list_before(merge)));
                 let area = match settings.container {
-                    ContainerKind::Aabb => choice.winner.distance,
+                    ContainerKind::Aabb | ContainerKind::Dop14 => choice.winner.distance,
                     ContainerKind::Sphere => choice.winner.distance * choice.winner.distance,
                 };
                 assert!((area / closest - 1.0).abs() < 1e-5, "merge {merge}, {settings:?}: {area}, not {closest}");

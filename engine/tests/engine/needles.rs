@@ -1,7 +1,7 @@
 //! Long and thin triangles: ellipsoids that are up to a million times as long as they are high.
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Ray, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, Ray, Sphere, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::AnyTree;
 use bvhscope_engine::wide::{AnyWideTree, NodeForm};
@@ -56,7 +56,7 @@ fn hits_of_needles_lie_in_their_planes() {
             let exact = distance_of_plane(&triangles[hit.primitive_index as usize], ray);
             assert!((f64::from(hit.t) - exact).abs() <= 1e-6 * exact, "{scale}, {ray:?}: {hit:?}, not {exact}");
         }
-        for tree in [halved::<Aabb>(&triangles, 2), halved::<Sphere>(&triangles, 1)] {
+        for tree in [halved::<Aabb>(&triangles, 2), halved::<Sphere>(&triangles, 1), halved::<Dop14>(&triangles, 1)] {
             check(&format!("ellipsoid {scale}"), &triangles, &tree, &rays, &expected);
         }
     }
@@ -70,7 +70,7 @@ fn no_ray_leaves_a_closed_mesh_of_needles() {
         let matrix = turn * Mat3::from_diagonal(scale);
         let triangles = ellipsoid(matrix, 32);
         let rays: Vec<Ray> = (0..20_000).map(|index| ray(&mut random, matrix, index % 2 == 0)).collect();
-        for tree in [halved::<Aabb>(&triangles, 2), halved::<Sphere>(&triangles, 2)] {
+        for tree in [halved::<Aabb>(&triangles, 2), halved::<Sphere>(&triangles, 2), halved::<Dop14>(&triangles, 2)] {
             require_hits(&triangles, &tree, &rays, &format!("{scale}, turned by {turn}"));
         }
     }

@@ -88,6 +88,7 @@ fn traced<C: Container>(
 /// Replays the steps with a stack: what is tested are the children of the visited node, what is popped was pushed last.
 fn replay<C: Container>(tree: &Tree<C>, ray: &Ray, query: Query, events: &[RayEvent]) {
     let prepared = PreparedRay::new(*ray);
+    let part = C::ray_part(&prepared);
     let (mut stack, mut current, mut popped) = (Vec::new(), None::<u32>, None::<u32>);
     let mut entered = HashSet::new();
     let mut nearest = f32::INFINITY;
@@ -100,15 +101,15 @@ fn replay<C: Container>(tree: &Tree<C>, ray: &Ray, query: Query, events: &[RayEv
         match *event {
             RayEvent::Enter { node, t } => {
                 assert!(parent_is_current(node, current), "{event:?} in {current:?}");
-                let entry =
-                    tree.nodes[node as usize].container.entry(&prepared, prepared.ray.t_min, prepared.ray.t_max);
+                let container = &tree.nodes[node as usize].container;
+                let entry = container.entry(&prepared, &part, prepared.ray.t_min, prepared.ray.t_max);
                 assert_eq!(entry, Some(t));
                 assert!(entered.insert(node), "{event:?} twice");
             }
             RayEvent::Miss { node } => {
                 assert!(parent_is_current(node, current), "{event:?} in {current:?}");
-                let entry =
-                    tree.nodes[node as usize].container.entry(&prepared, prepared.ray.t_min, prepared.ray.t_max);
+                let container = &tree.nodes[node as usize].container;
+                let entry = container.entry(&prepared, &part, prepared.ray.t_min, prepared.ray.t_max);
                 assert_eq!(entry, None);
             }
             RayEvent::Cull { node, t } => {

@@ -1,7 +1,7 @@
 //! Trees over triangles that move: every way of keeping one hits what a scan hits, wherever the triangles are.
 
 use bvhscope_engine::builders::build_binary;
-use bvhscope_engine::geometry::{Hit, Ray, Triangle};
+use bvhscope_engine::geometry::{Dop14, Hit, Ray, Triangle};
 use bvhscope_engine::refit::{WideRefit, grow, refit, refit_and_reinsert, refit_and_rotate};
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::validate::validate;
@@ -191,6 +191,7 @@ fn a_tree_of_any_arity_is_fitted() {
     }
     of::<Aabb>();
     of::<Sphere>();
+    of::<Dop14>();
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Visits of nodes by many rays, and random lines, by which they are as likely as surface areas say.
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Ray, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, Ray, Sphere, Triangle};
 use bvhscope_engine::tree::node_metrics::area_share;
 use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::statistics::tree_stats;
@@ -31,7 +31,11 @@ fn visits_are_those_that_logs_tell() {
     let triangles = trees::soup(3_000, 0.2, 31);
     // More rays than a task has, more nodes than one has slots.
     let rays = trees::rays(&triangles, 1_500, 32);
-    for tree in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 2)] {
+    for tree in [
+        trees::halved::<Aabb>(&triangles, 1),
+        trees::halved::<Sphere>(&triangles, 2),
+        trees::halved::<Dop14>(&triangles, 2),
+    ] {
         with_tree!(&tree, tree => {
             let leaf_triangles = leaf_triangles(tree, &triangles);
             for query in QUERIES {
@@ -123,7 +127,11 @@ fn random_lines_visit_nodes_in_proportion_to_their_surface() {
                 .into_iter()
                 .map(|t| Triangle { a: place(t.a), b: place(t.b), c: place(t.c) })
                 .collect();
-            for tree in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 1)] {
+            for tree in [
+                trees::halved::<Aabb>(&triangles, 1),
+                trees::halved::<Sphere>(&triangles, 1),
+                trees::halved::<Dop14>(&triangles, 1),
+            ] {
                 let sah_cost = f64::from(tree_stats(&tree, &CancelToken::new()).unwrap().sah_cost);
                 with_tree!(&tree, tree => {
                     let lines = RandomLines::new(tree.nodes[0].container, 5);

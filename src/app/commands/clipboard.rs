@@ -203,6 +203,12 @@ pub fn node_text(state: &AppState) -> Option<String> {
             line("Centre", vector(sphere.center));
             line("Radius", sphere.radius.to_string());
         }
+        ContainerKind::Dop14 => {
+            let dop = table.node_dop(node);
+            line("Box from", vector(dop.bounds.min));
+            line("Box to", vector(dop.bounds.max));
+            line("Area over its box's", (dop.half_area() / dop.bounds.half_area()).to_string());
+        }
     }
     line("Area over the root's", table.area_share(node).to_string());
     if let Some(overlap) = table.overlap(node) {

@@ -181,7 +181,7 @@ fn picture_flags(render: &RenderSettings, line: &mut Line) {
 /// Whether the overlay draws anything or hides the picture, so that its flags are needed.
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any_drawn = overlay.kinds(state.container_kind()) != [false; 2] || state.selection.nodes.selected.is_some();
+    let any_drawn = overlay.kinds(state.container_kind()) != [false; 3] || state.selection.nodes.selected.is_some();
     (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 

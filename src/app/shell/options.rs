@@ -76,8 +76,8 @@ pub struct CliOverrides {
     pub simd: Option<SimdLevel>,
     /// Number of antialiasing samples per pixel.
     pub samples: Option<u32>,
-    /// Whether boxes and whether spheres are drawn over the picture.
-    pub containers_shown: Option<[bool; 2]>,
+    /// For each kind of container whether it is drawn over the picture.
+    pub containers_shown: Option<[bool; 3]>,
     /// First and last tree depth drawn.
     pub depth: Option<[u32; 2]>,
     /// Draw only the leaves within these depths.
@@ -115,8 +115,8 @@ impl CliOverrides {
         set(self.samples, &mut render.samples);
         preferences.show_geometry |= self.shading.is_some() || self.mesh_edges.is_some();
         let overlay = &mut wanted.overlay;
-        if let Some([boxes, spheres]) = self.containers_shown {
-            (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
+        if let Some(kinds) = self.containers_shown {
+            *overlay = overlay.with_kinds(kinds);
             preferences.show_containers = true;
         }
         set(self.depth.map(Some), &mut overlay.depth);

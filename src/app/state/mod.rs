@@ -423,10 +423,10 @@ impl AppState {
         self.preferences.show_containers && self.wanted.overlay.color_by == color_by
     }
 
-    /// Whether boxes and whether spheres are drawn; neither while containers are off.
-    pub fn drawn_kinds(&self) -> [bool; 2] {
+    /// For each kind of container whether it is drawn; none while containers are off.
+    pub fn drawn_kinds(&self) -> [bool; 3] {
         let kinds = self.wanted.overlay.kinds(self.container_kind());
-        if self.preferences.show_containers { kinds } else { [false; 2] }
+        if self.preferences.show_containers { kinds } else { [false; 3] }
     }
 
     /// Whether a side panel is visible: open, and not displaced by the other one in a narrow window.

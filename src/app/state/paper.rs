@@ -128,7 +128,7 @@ pub struct PaperPlan {
     pub experiment: Experiment,
     /// How its rows are shown.
     pub display: Display,
-    /// Containers to measure: boxes, spheres or both.
+    /// Containers to measure.
     pub containers: Vec<ContainerKind>,
     /// Order in which rays visit nodes.
     pub traversal: Traversal,
@@ -151,7 +151,7 @@ impl Default for PaperPlan {
         Self {
             experiment: Experiment::Tables,
             display: Display::Tables,
-            containers: ContainerKind::ALL.to_vec(),
+            containers: ContainerKind::OF_PAPER.to_vec(),
             traversal: Traversal::Ordered,
             default_camera: true,
             side_px: 1024,
@@ -210,7 +210,7 @@ impl PaperPlan {
         }
         self.containers.dedup();
         if self.containers.is_empty() {
-            self.containers = ContainerKind::ALL.to_vec();
+            self.containers = ContainerKind::OF_PAPER.to_vec();
         }
     }
 

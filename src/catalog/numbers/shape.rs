@@ -6,7 +6,7 @@ use super::row::{LESS, NEITHER, ROW, hash, known, single, singles};
 use super::{Compared, Digits, Number, Section};
 use crate::catalog::terms;
 use crate::text::{count, number};
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree::statistics::INTERSECTION_COST;
 
 /// The rows, in the order of JSON, CSV and tables.
 pub(super) const ROWS: &[Number] = &[
@@ -20,7 +20,8 @@ pub(super) const ROWS: &[Number] = &[
         compared: Some(Compared { name: "SAH cost", across_containers: false, ..LESS }),
         info: Some(("SAH cost", |tree| {
             let cost = number(tree.report.stats.sah_cost.into());
-            Some(format!("{cost} (container test {TRAVERSAL_COST}, primitive test {INTERSECTION_COST})"))
+            let container_test = tree.container.traversal_cost();
+            Some(format!("{cost} (container test {container_test}, primitive test {INTERSECTION_COST})"))
         })),
         column: Some(("SAH cost", "")),
         axis: Some("SAH cost"),
@@ -38,7 +39,7 @@ pub(super) const ROWS: &[Number] = &[
     Number {
         key: "traversal_cost",
         meaning: "Cost of a container test in the SAH cost",
-        get: |_| single(TRAVERSAL_COST),
+        get: |tree| single(tree.container.traversal_cost()),
         ..ROW
     },
     Number {

@@ -28,19 +28,19 @@ const fn builder_sentence(kind: BuilderKind) -> &'static str {
     match kind {
         BuilderKind::Aac => "Approximate agglomerative clustering (Gu et al. 2013)",
         BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",
-        BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), boxes only",
+        BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), not with spheres",
         BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
         BuilderKind::None => "No tree: every ray tests every triangle",
     }
 }
 
-/// Boxes or spheres.
+/// Boxes, spheres or polytopes.
 pub static CONTAINER: Setting = Setting {
     key: "container",
     value_name: "KIND",
     help: "What the tree is made of: {}",
     label: "Container",
-    tip: "Bounding volume of each node. Boxes are tighter: faster to build and fewer tests per ray",
+    tip: "Bounding volume of each node. Boxes are tighter than spheres; polytopes fit slanted and thin things, at a higher price of each test",
     value: Value::One {
         options: || ContainerKind::ALL.map(|kind| choice(kind.name(), kind.label(), container_sentence(kind))).into(),
         get: |build| ContainerKind::ALL.iter().position(|kind| *kind == build.container),
@@ -54,6 +54,9 @@ const fn container_sentence(kind: ContainerKind) -> &'static str {
     match kind {
         ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
         ContainerKind::Sphere => "Build and trace the tree with spheres",
+        ContainerKind::Dop14 => {
+            "Build and trace the tree with polytopes of 14 planes: boxes whose corners are cut off (Klosowski et al. 1998)"
+        }
     }
 }
 
@@ -182,7 +185,7 @@ pub static OPTIMIZE: Setting = Setting {
             let wanted = BuildSettings { optimize: Passes::NONE.with(pass), ..*build };
             if wanted.passes().contains(pass) {
                 None
-            } else if pass.boxes_only() && build.container == ContainerKind::Sphere {
+            } else if pass.boxes_only() && build.container != ContainerKind::Aabb {
                 Some("For boxes only: choose the box container")
             } else {
                 Some("Not with this builder")

@@ -22,13 +22,13 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
 /// The error message for passes that do not support one of the containers, if there are any.
 pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<String> {
     let only_boxes = given.pass_for_boxes()?;
-    containers.contains(&ContainerKind::Sphere).then(|| {
-        format!(
-            "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for spheres",
-            only_boxes.name(),
-            Pass::Collapse.name()
-        )
-    })
+    let other = containers.iter().find(|container| **container != ContainerKind::Aabb)?;
+    Some(format!(
+        "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for {}",
+        only_boxes.name(),
+        Pass::Collapse.name(),
+        other.plural()
+    ))
 }
 
 /// The camera; `view` where none is named.
@@ -74,11 +74,7 @@ pub(super) fn picture(args: &PictureArgs) -> RenderSettings {
 pub(super) fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
     let kinds = args.overlay?;
     let base = OverlaySettings::default();
-    let [show_boxes, show_spheres] = kinds.shown();
-    Some(OverlaySettings {
-        follows_tree: false,
-        show_boxes,
-        show_spheres,
+    let shown = OverlaySettings {
         depth: args.depth.or(base.depth),
         leaves_only: args.leaves,
         parents: args.parents,
@@ -89,5 +85,7 @@ pub(super) fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
         faces: args.faces,
         overlap: args.overlap,
         budget: args.at_most.or(base.budget),
-    })
+        ..base
+    };
+    Some(shown.with_kinds(kinds.shown()))
 }

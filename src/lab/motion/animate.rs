@@ -90,6 +90,7 @@ fn measurement(
     };
     let mut values = Values::of(&TreeReading {
         triangles: subject.scene.triangles.len(),
+        container: setup.build.container,
         report: &report,
         build: None,
         stages_ms: std::collections::BTreeMap::new(),

@@ -28,7 +28,7 @@ pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
     }
     let spans_containers = rows.iter().any(|row| row.container != rows[0].container);
     if spans_containers && charts.iter().any(|chart| chart.labels.iter().any(|label| label.starts_with("SAH cost"))) {
-        notes.push("SAH costs of boxes and of spheres do not compare.".to_owned());
+        notes.push("SAH costs of different containers do not compare.".to_owned());
     }
     notes
 }

@@ -48,6 +48,7 @@ impl<'a> TreeNodes<'a> {
         let found = match (wide, &self.accel.tree) {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(tree)) => children(wide, child, tree, root),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(tree)) => children(wide, child, tree, root),
+            (AnyWideTree::Dop14(wide), AnyTree::Dop14(tree)) => children(wide, child, tree, root),
             _ => Vec::new(),
         };
         self.known.extend(found);

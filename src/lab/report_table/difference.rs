@@ -18,7 +18,7 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
     let compared = NUMBERS.iter().filter_map(|number| Some((number, number.compared.as_ref()?)));
     table.rows.extend(compared.map(|(number, compared)| line(number, compared, a, b)));
     table.notes = [("A", a), ("B", b)].map(|(name, row)| format!("{name}: {}", settings(row))).to_vec();
-    table.notes.push(costs());
+    table.notes.push(costs(&rows));
     if a.container != b.container {
         table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
     }

@@ -6,6 +6,7 @@ use crate::catalog::settings::Setting;
 use crate::lab::measurement::Measurement;
 use crate::text::count;
 pub use crate::text::number;
+use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 
 pub(super) fn threads(count: usize) -> String {
@@ -78,13 +79,22 @@ pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the p
 pub(super) const TESTS: &str = "Tests: each container and each primitive that a ray is tested against, two containers for each interior node that is visited. \
      Entering: of the rays that enter the root, the headline; all others of all rays, those that miss it included.";
 pub(super) const COSTS_DO_NOT_COMPARE: &str =
-    "Costs are relative to the root's surface, so those of boxes and of spheres do not compare.";
+    "Costs are relative to the root's surface, so those of different containers do not compare.";
 
-pub(super) fn costs() -> String {
+/// The constants of the SAH cost, for these rows.
+pub(super) fn costs(rows: &[Measurement]) -> String {
     format!(
-        "SAH cost with container test {TRAVERSAL_COST} for each interior node, primitive test {INTERSECTION_COST} for each \
-         triangle of a leaf, over the root's area."
+        "SAH cost with container test {} for each interior node, primitive test {INTERSECTION_COST} for each triangle of a leaf, over \
+         the root's area.",
+        container_test(rows)
     )
+}
+
+/// Cost of a container test in these rows: "1 (1.5 of polytopes)".
+pub(super) fn container_test(rows: &[Measurement]) -> String {
+    let dops = rows.iter().map(|row| row.container).find(|kind| *kind == ContainerKind::Dop14);
+    let of_dops = dops.map_or_else(String::new, |kind| format!(" ({} of {})", kind.traversal_cost(), kind.plural()));
+    format!("{TRAVERSAL_COST}{of_dops}")
 }
 
 /// The distinct models, in order of first appearance.

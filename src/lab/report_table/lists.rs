@@ -44,7 +44,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     }
     table.sources = (0..rows.len()).collect();
     table.notes.extend([READY, TRACE, TESTS].map(str::to_owned));
-    table.notes.push(costs());
+    table.notes.push(costs(rows));
     table.notes.push(overlap_basis(rows));
     table.notes.push(spread_note(rows));
     table

@@ -4,6 +4,7 @@ mod aligned;
 mod format;
 
 mod difference;
+mod findings;
 mod lists;
 mod pairs;
 mod policies;

@@ -1,6 +1,8 @@
-//! The paper's tables 1 and 2: box and sphere side by side with their ratios, and the paper's own numbers below.
+//! The paper's tables 1 and 2: box, sphere and, where they were measured, polytope side by side with their ratios, and the paper's own
+//! numbers below.
 
 use super::aligned::ReportTable;
+use super::findings::findings;
 use super::format::{
     COSTS_DO_NOT_COMPARE, TESTS, TRACE, conditions_and_threads, models, name_among, number, spread, spread_note,
 };
@@ -36,11 +38,19 @@ pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let mut of_tests =
         pairs_table("Intersection tests per ray, of all rays", rows, &tests, &papers_tests, &[None, None, Some(all)]);
     of_tests.notes.push(TESTS.to_owned());
+    of_tests.notes.extend(findings(rows));
     vec![of_times, of_tests, stages_table(rows), trees_table(rows)]
 }
 
-/// One line per model with box, sphere and their ratio for each value; below it its trees from files and the paper's numbers;
-/// means at the end.
+/// The containers that have columns: the paper's, and others that were measured.
+fn kinds_of(rows: &[Measurement]) -> Vec<ContainerKind> {
+    let is_shown =
+        |kind: &ContainerKind| ContainerKind::OF_PAPER.contains(kind) || rows.iter().any(|row| row.container == *kind);
+    ContainerKind::ALL.into_iter().filter(is_shown).collect()
+}
+
+/// One line per model with each container and the box's ratio to each other one for each value; below it its trees from files and the
+/// paper's numbers; means at the end.
 fn pairs_table(
     title: &str,
     rows: &[Measurement],
@@ -50,50 +60,33 @@ fn pairs_table(
 ) -> ReportTable {
     let title = format!("{title} ({})", conditions_and_threads(rows));
     let mut table = ReportTable::new(title, &[("scene", ""), ("triangles", "")]);
+    let kinds = kinds_of(rows);
     for (name, unit, _) in values {
-        for kind in ContainerKind::ALL {
-            table.columns.push((format!("{name} {}", kind.name()), (*unit).to_owned()));
-        }
-        table.columns.push(("ratio".to_owned(), "box:sph".to_owned()));
+        table.columns.extend(kinds.iter().map(|kind| (format!("{name} {}", kind.name()), (*unit).to_owned())));
+        table.columns.extend(kinds[1..].iter().map(|kind| ("ratio".to_owned(), format!("box:{:.3}", kind.name()))));
     }
-    let mut ratios: Vec<Vec<f64>> = vec![Vec::new(); values.len()];
+    let others = kinds.len() - 1;
+    let mut ratios: Vec<Vec<f64>> = vec![Vec::new(); values.len() * others];
     let mut any_paper = false;
     let models = models(rows);
     for model in &models {
         let of_model = || rows.iter().filter(|row| row.model == *model);
         let is_built = |row: &&Measurement| row.builder != "none" && row.tree.is_none();
-        let row_of = |kind| of_model().filter(is_built).find(|row| row.container == kind);
-        let pair = [row_of(ContainerKind::Aabb), row_of(ContainerKind::Sphere)];
-        let triangles = pair.iter().flatten().next().map_or_else(String::new, |row| count(row.triangles as u64));
-        let mut line = vec![name_among(model, &models), triangles];
-        for (index, (_, _, column)) in values.iter().enumerate() {
-            let numbers = pair.map(|row| row.map(|row| row.number(column)));
-            line.extend(numbers.iter().map(|value| value.map_or_else(String::new, number)));
-            let ratio = match numbers {
-                [Some(a), Some(b)] if b > 0.0 => Some(a / b),
-                _ => None,
-            };
-            ratios[index].extend(ratio);
-            line.push(ratio.map_or_else(String::new, |ratio| format!("{ratio:.2}")));
-        }
+        let built: Vec<Option<&Measurement>> =
+            kinds.iter().map(|kind| of_model().filter(is_built).find(|row| row.container == *kind)).collect();
+        let line = scene_line(name_among(model, &models), &built, values, &mut ratios);
         table.rows.push(line);
-        table.rows.extend(of_model().filter_map(|row| file_line(row, values)));
+        table.rows.extend(of_model().filter_map(|row| file_line(row, values, &kinds)));
         if let Some(paper) = scene_of(model) {
             any_paper = true;
-            let mut line = vec![format!("  the paper's {}", paper.name), String::new()];
-            for pair in papers(paper) {
-                match pair {
-                    Some([a, b]) => line.extend([format!("{a}"), format!("{b}"), format!("{:.2}", a / b)]),
-                    None => line.extend([const { String::new() }; 3]),
-                }
-            }
-            table.rows.push(line);
+            table.rows.push(papers_line(paper.name, &papers(paper), others));
         }
     }
     let mean = |label: &str, means: &mut dyn Iterator<Item = Option<f64>>| {
         let mut line = vec![label.to_owned(), String::new()];
-        for mean in means {
-            line.extend([String::new(), String::new(), mean.map_or_else(String::new, |mean| format!("{mean:.2}"))]);
+        for _ in values {
+            line.extend(kinds.iter().map(|_| String::new()));
+            line.extend(means.take(others).map(|mean| mean.map_or_else(String::new, |mean| format!("{mean:.2}"))));
         }
         line
     };
@@ -103,54 +96,93 @@ fn pairs_table(
             ratios.iter().map(|list| (!list.is_empty()).then(|| list.iter().sum::<f64>() / list.len() as f64));
         table.rows.push(mean("mean of the ratios", &mut means));
         if any_paper {
-            table.rows.push(mean("  the paper's mean", &mut papers_means.iter().copied()));
+            let of_others = |mean: &Option<f64>| std::iter::once(*mean).chain(std::iter::repeat_n(None, others - 1));
+            table.rows.push(mean("  the paper's mean", &mut papers_means.iter().flat_map(of_others)));
         }
     }
     table
 }
 
-/// A sentence for each model: which container is better, by how much.
+/// The line of a scene, of which these trees were `built`, the box's first; adds the ratios to `ratios`.
+fn scene_line(name: String, built: &[Option<&Measurement>], values: &[Column], ratios: &mut [Vec<f64>]) -> Vec<String> {
+    let triangles = built.iter().flatten().next().map_or_else(String::new, |row| count(row.triangles as u64));
+    let mut line = vec![name, triangles];
+    for ((_, _, column), ratios) in values.iter().zip(ratios.chunks_mut(built.len() - 1)) {
+        let numbers: Vec<Option<f64>> = built.iter().map(|row| row.map(|row| row.number(column))).collect();
+        line.extend(numbers.iter().map(|value| value.map_or_else(String::new, number)));
+        for (other, ratios) in numbers[1..].iter().zip(ratios) {
+            let ratio = numbers[0].zip(*other).filter(|(_, other)| *other > 0.0).map(|(boxes, other)| boxes / other);
+            ratios.extend(ratio);
+            line.push(ratio.map_or_else(String::new, |ratio| format!("{ratio:.2}")));
+        }
+    }
+    line
+}
+
+/// The paper's numbers of a scene, which are of boxes and of spheres, with `others` ratios for each value.
+fn papers_line(name: &str, pairs: &[Option<[f64; 2]>], others: usize) -> Vec<String> {
+    let mut line = vec![format!("  the paper's {name}"), String::new()];
+    for pair in pairs {
+        let [a, b, ratio] = match pair {
+            Some([a, b]) => [format!("{a}"), format!("{b}"), format!("{:.2}", a / b)],
+            None => [const { String::new() }; 3],
+        };
+        line.extend([a, b]);
+        line.extend(std::iter::repeat_n(String::new(), others - 1));
+        line.push(ratio);
+        line.extend(std::iter::repeat_n(String::new(), others - 1));
+    }
+    line
+}
+
+/// A sentence for each model and each container beside the box: which is better, by how much.
 fn conclusions(rows: &[Measurement]) -> Vec<String> {
     let models = models(rows);
-    let sentence = |model: &&str| {
-        let built = |row: &&Measurement| row.model == *model && row.builder != "none" && row.tree.is_none();
+    let others = ContainerKind::ALL.into_iter().filter(|kind| *kind != ContainerKind::Aabb);
+    let pairs = models.iter().flat_map(|model| others.clone().map(move |other| (*model, other)));
+    let sentence = |(model, other): (&str, ContainerKind)| {
+        let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
-        let (boxes, spheres) = (of(ContainerKind::Aabb)?, of(ContainerKind::Sphere)?);
+        let pair = [of(ContainerKind::Aabb)?, of(other)?];
         let parts = [
             ("build", BUILD_MS),
             ("speed of tracing", MRAYS_PER_S),
             ("tests per entering ray", TESTS_PER_ENTERING_RAY),
         ];
         let parts: Vec<String> =
-            parts.iter().filter_map(|(name, number)| better_container(name, number, boxes, spheres)).collect();
-        (!parts.is_empty()).then(|| format!("{}: {}.", name_among(model, &models), parts.join(", ")))
+            parts.iter().filter_map(|(name, number)| better_container(name, number, pair)).collect();
+        let what = if ContainerKind::OF_PAPER.contains(&other) {
+            String::new()
+        } else {
+            format!(", boxes and {}", other.plural())
+        };
+        (!parts.is_empty()).then(|| format!("{}{what}: {}.", name_among(model, &models), parts.join(", ")))
     };
-    models.iter().filter_map(sentence).collect()
+    pairs.filter_map(sentence).collect()
 }
 
 /// "tests per entering ray 2.86 times as good with boxes".
-fn better_container(name: &str, number: &Number, boxes: &Measurement, spheres: &Measurement) -> Option<String> {
-    let [of_boxes, of_spheres] = [boxes, spheres].map(|row| row.number(number));
-    let ratio = of_spheres.max(of_boxes) / of_spheres.min(of_boxes);
-    let better = match verdict(&number.compared?, spheres.reading(number), boxes.reading(number)) {
-        Verdict::Better => "boxes",
-        Verdict::Worse => "spheres",
+fn better_container(name: &str, number: &Number, [boxes, others]: [&Measurement; 2]) -> Option<String> {
+    let [of_boxes, of_others] = [boxes, others].map(|row| row.number(number));
+    let ratio = of_others.max(of_boxes) / of_others.min(of_boxes);
+    let better = match verdict(&number.compared?, others.reading(number), boxes.reading(number)) {
+        Verdict::Better => boxes,
+        Verdict::Worse => others,
         Verdict::Once => return ratio.is_finite().then(|| format!("{name} measured once")),
         Verdict::Same | Verdict::Noise => return Some(format!("{name} the same within noise")),
         Verdict::Different => return None,
     };
-    ratio.is_finite().then(|| format!("{name} {ratio:.2} times as good with {better}"))
+    ratio.is_finite().then(|| format!("{name} {ratio:.2} times as good with {}", better.container.plural()))
 }
 
 /// The line of a tree from a file, under its kind of container; `None` for a tree that was built.
-fn file_line(row: &Measurement, values: &[Column]) -> Option<Vec<String>> {
+fn file_line(row: &Measurement, values: &[Column], kinds: &[ContainerKind]) -> Option<Vec<String>> {
     let mut line = vec![format!("  {}", row.file_name()?), String::new()];
     for (_, _, column) in values {
-        line.extend(
-            ContainerKind::ALL
-                .map(|kind| if row.container == kind { number(row.number(column)) } else { String::new() }),
-        );
-        line.push(String::new());
+        let of_kind =
+            |kind: &ContainerKind| if row.container == *kind { number(row.number(column)) } else { String::new() };
+        line.extend(kinds.iter().map(of_kind));
+        line.extend(kinds[1..].iter().map(|_| String::new()));
     }
     Some(line)
 }
@@ -185,7 +217,7 @@ fn stages_table(rows: &[Measurement]) -> ReportTable {
 /// Tree statistics, with a note about the run without BVH.
 fn trees_table(rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable { title: "The trees".to_owned(), ..list_table("", rows) };
-    if ContainerKind::ALL.iter().all(|&kind| rows.iter().any(|row| row.container == kind)) {
+    if rows.iter().any(|row| row.container != rows[0].container) {
         table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
     }
     let models = models(rows);
@@ -264,6 +296,38 @@ mod tests {
         assert_eq!(conclusions(&rows), [expected]);
         assert!(trees_table(&rows).notes.iter().any(|note| note.contains("do not compare")));
         assert_eq!(conclusions(&rows[..1]), Vec::<String>::new());
+    }
+
+    #[test]
+    fn polytopes_have_columns_where_they_were_measured() {
+        let dops = row("thing.obj", ContainerKind::Dop14, 120.0, 40.0, 7.0);
+        let all: Vec<Measurement> = rows().into_iter().chain([dops]).collect();
+        let [times, ..] = &bench_tables(&all)[..] else { unreachable!("there are four tables") };
+        let columns: Vec<&str> = times.columns[2..7].iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(columns, ["build box", "build sphere", "build dop", "ratio", "ratio"]);
+        assert_eq!([&times.columns[5].1, &times.columns[6].1], ["box:sph", "box:dop"]);
+        let expected = [
+            ["builtin:teapot", "7,001", "20.00", "40.00", "", "0.50", "", "50.00", "500.0", "", "0.10", ""],
+            ["  the paper's teapot", "", "92", "126", "", "0.73", "", "626", "3985", "", "0.16", ""],
+            [
+                "thing.obj",
+                "7,001",
+                "30.00",
+                "20.00",
+                "120.0",
+                "1.50",
+                "0.25",
+                "60.00",
+                "40.00",
+                "40.00",
+                "1.50",
+                "1.50",
+            ],
+            ["mean of the ratios", "", "", "", "", "1.00", "0.25", "", "", "", "0.80", "1.50"],
+            ["  the paper's mean", "", "", "", "", "0.77", "", "", "", "", "0.14", ""],
+        ];
+        assert_eq!(times.rows, expected);
+        assert!(conclusions(&all).iter().any(|text| text.starts_with("thing.obj, boxes and polytopes: build ")));
     }
 
     #[test]

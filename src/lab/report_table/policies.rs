@@ -125,7 +125,7 @@ fn notes(row: &Measurement, all: &[Followed<'_>], rays: f64) -> Vec<String> {
             population.name(),
             count(rays as u64)
         ),
-        costs(),
+        costs(std::slice::from_ref(row)),
     ];
     let has = |policy| all.iter().any(|followed| followed.policy == policy);
     if has(Policy::Keep) {

@@ -1,7 +1,7 @@
 //! Tables of what rays of each population cost in each tree, and how well that was predicted.
 
 use super::aligned::ReportTable;
-use super::format::{models, name_among, number, setting};
+use super::format::{container_test, models, name_among, number, setting};
 use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
@@ -44,11 +44,11 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
         let [rays, entering] = [measured.rays, measured.root_hits].map(|rays| count(u64::from(rays)));
         Some(format!("{}: {rays} rays, of which {entering} enter the root of the first tree.", population.name()))
     }));
-    costs.notes.push(
-        "Cost: an interior node that is visited counts 1, whatever it holds, and so does each triangle tested. Tests per ray count \
-         each container tested instead, two for a visited node, and rays that miss the root."
-            .to_owned(),
-    );
+    costs.notes.push(format!(
+        "Cost: an interior node that is visited counts {}, whatever it holds, and each triangle tested 1. Tests per ray count each \
+         container tested instead, two for a visited node, and rays that miss the root.",
+        container_test(rows)
+    ));
     costs.notes.push("The SAH cost predicts the cost of random lines, which nothing stops.".to_owned());
     let mut tables = vec![costs];
     tables.extend(correlations(rows, &populations));

@@ -1,16 +1,83 @@
-//! Containers of the kind that a tree is not made of.
+//! Containers of the kinds that a tree is not made of.
 
+use super::table::NodeTable;
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
-use bvhscope_engine::tree::{Container, Node, Tree};
+use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
+use bvhscope_engine::with_tree;
 
 /// Poll for cancellation every 16,384 nodes.
 const NODES_PER_CHECK: usize = 1 << 14;
 
+impl NodeTable {
+    /// Computes those of the containers of other `kinds` than the tree's, in the order of [`ContainerKind::ALL`], that are not known
+    /// yet, in the calling thread's rayon pool.
+    pub fn complete(&self, kinds: [bool; 3], token: &CancelToken) -> Result<(), Cancelled> {
+        let triangles = &self.accel.scene.triangles;
+        for kind in ContainerKind::ALL {
+            if !kinds[kind as usize] || self.knows(kind) {
+                continue;
+            }
+            match kind {
+                ContainerKind::Aabb => {
+                    let boxes = with_tree!(&self.accel.tree, tree => containers(tree, triangles, token)?);
+                    self.boxes.get_or_init(|| boxes);
+                }
+                ContainerKind::Sphere => {
+                    let spheres = with_tree!(&self.accel.tree, tree => containers(tree, triangles, token)?);
+                    self.spheres.get_or_init(|| spheres);
+                }
+                ContainerKind::Dop14 => {
+                    let dops = with_tree!(&self.accel.tree, tree => containers(tree, triangles, token)?);
+                    self.dops.get_or_init(|| dops);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The containers of a kind are known without another pass over the tree: the tree's own are, and a polytope's box.
+    pub(super) fn knows(&self, kind: ContainerKind) -> bool {
+        kind == self.container_kind()
+            || match kind {
+                ContainerKind::Aabb => self.container_kind() == ContainerKind::Dop14 || self.boxes.get().is_some(),
+                ContainerKind::Sphere => self.spheres.get().is_some(),
+                ContainerKind::Dop14 => self.dops.get().is_some(),
+            }
+    }
+
+    /// The box of `node`: the tree's own, or a polytope's, or in a tree of spheres the tight box around the triangles of the subtree.
+    pub fn node_box(&self, node: u32) -> Aabb {
+        match &self.accel.tree {
+            AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
+            AnyTree::Dop14(tree) => tree.nodes[node as usize].container.bounds,
+            AnyTree::Sphere(tree) => self.boxes.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
+        }
+    }
+
+    /// The sphere of `node`: the tree's own or, in a tree of other containers, merged bottom-up from the triangles' spheres.
+    pub fn node_sphere(&self, node: u32) -> Sphere {
+        if let AnyTree::Sphere(tree) = &self.accel.tree {
+            return tree.nodes[node as usize].container;
+        }
+        self.spheres.get_or_init(|| with_tree!(&self.accel.tree, tree => containers_at_once(tree, &self.accel)))
+            [node as usize]
+    }
+
+    /// The polytope of `node`: the tree's own or, in a tree of other containers, that around the triangles of the subtree.
+    pub fn node_dop(&self, node: u32) -> Dop14 {
+        if let AnyTree::Dop14(tree) = &self.accel.tree {
+            return tree.nodes[node as usize].container;
+        }
+        self.dops.get_or_init(|| with_tree!(&self.accel.tree, tree => containers_at_once(tree, &self.accel)))
+            [node as usize]
+    }
+}
+
 /// Containers of kind `C` for all nodes of a tree of another kind: leaves from their triangles, interior nodes bottom-up.
-pub(super) fn containers<K: Container, C: Container>(
+fn containers<K: Container, C: Container>(
     tree: &Tree<K>,
     triangles: &[Triangle],
     token: &CancelToken,
@@ -30,6 +97,6 @@ pub(super) fn containers<K: Container, C: Container>(
 }
 
 /// [`containers`] without a way to cancel.
-pub(super) fn containers_at_once<K: Container, C: Container>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
+fn containers_at_once<K: Container, C: Container>(tree: &Tree<K>, accel: &Accel) -> Vec<C> {
     containers(tree, &accel.scene.triangles, &CancelToken::new()).unwrap_or_else(|_| unreachable!("nobody cancels"))
 }

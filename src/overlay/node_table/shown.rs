@@ -131,10 +131,13 @@ impl NodeTable {
     /// The plane cuts away everything that is drawn of a node.
     fn is_cut_away(&self, node: u32, plane: &SectionPlane, settings: &OverlaySettings) -> bool {
         let own = self.container_kind();
-        let [boxes, spheres] = settings.kinds(own);
-        let none = !boxes && !spheres;
-        (!(boxes || none && own == ContainerKind::Aabb) || plane.cuts_away(&self.node_box(node)))
-            && (!(spheres || none && own == ContainerKind::Sphere) || plane.cuts_away_sphere(&self.node_sphere(node)))
+        let kinds = settings.kinds(own);
+        let none = kinds == [false; 3];
+        let [boxes, spheres, dops] = ContainerKind::ALL.map(|kind| kinds[kind as usize] || none && own == kind);
+        // A polytope lies in its box.
+        (!boxes || plane.cuts_away(&self.node_box(node)))
+            && (!spheres || plane.cuts_away_sphere(&self.node_sphere(node)))
+            && (!dops || plane.cuts_away(&self.node_dop(node).bounds))
     }
 
     /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings` say, whatever depths these choose.

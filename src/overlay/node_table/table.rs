@@ -5,14 +5,13 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::other_kind::{containers, containers_at_once};
 use crate::accel::Accel;
 use crate::overlay::node::{OverlayNode, Role};
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Sphere};
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere};
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree, node_metrics};
 use bvhscope_engine::with_tree;
@@ -29,8 +28,9 @@ pub struct NodeTable {
     /// Unique id, by which the GPU side recognises an uploaded table.
     pub id: u64,
     pub(super) accel: Arc<Accel>,
-    boxes: OnceLock<Vec<Aabb>>,
-    spheres: OnceLock<Vec<Sphere>>,
+    pub(super) boxes: OnceLock<Vec<Aabb>>,
+    pub(super) spheres: OnceLock<Vec<Sphere>>,
+    pub(super) dops: OnceLock<Vec<Dop14>>,
     leaves_per_depth: OnceLock<Vec<usize>>,
     /// The last result of [`NodeTable::visibility`], with the selection's hidden and isolated nodes.
     visibility: Mutex<Option<LastVisibility>>,
@@ -46,6 +46,7 @@ impl NodeTable {
             accel: Arc::clone(accel),
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
+            dops: OnceLock::new(),
             leaves_per_depth: OnceLock::new(),
             visibility: Mutex::new(None),
         }
@@ -113,12 +114,13 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes, or 40 to 60
-    /// spheres, are drawn: more cannot be told apart on a screen.
+    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes, 50 to 100
+    /// polytopes, or 40 to 60 spheres, are drawn: more cannot be told apart on a screen.
     pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
         let most = match self.container_kind() {
             ContainerKind::Aabb => 200,
             ContainerKind::Sphere => 60,
+            ContainerKind::Dop14 => 100,
         };
         if leaves_only { self.first_leaves(most) } else { self.deepest_level(most) }
     }
@@ -256,11 +258,7 @@ impl NodeTable {
 
     /// Computes whatever [`NodeTable::drawable`] would leave out of `settings`, in the calling thread's rayon pool.
     pub fn prepare(&self, settings: &OverlaySettings, token: &CancelToken) -> Result<(), Cancelled> {
-        let own = self.container_kind();
-        let [boxes, spheres] = settings.kinds(own);
-        if boxes && own != ContainerKind::Aabb || spheres && own != ContainerKind::Sphere {
-            self.complete(token)?;
-        }
+        self.complete(settings.kinds(self.container_kind()), token)?;
         if settings.color_by == ColorBy::Primitives {
             self.accel.compute_ancestry(token)?;
         }
@@ -275,23 +273,6 @@ impl NodeTable {
         self.accel.compute_ancestry(token).map(|_| ())
     }
 
-    /// Computes the containers of the kind that the tree is not made of, in the calling thread's rayon pool.
-    pub fn complete(&self, token: &CancelToken) -> Result<(), Cancelled> {
-        let triangles = &self.accel.scene.triangles;
-        match &self.accel.tree {
-            AnyTree::Aabb(tree) if self.spheres.get().is_none() => {
-                let spheres = containers(tree, triangles, token)?;
-                self.spheres.get_or_init(|| spheres);
-            }
-            AnyTree::Sphere(tree) if self.boxes.get().is_none() => {
-                let boxes = containers(tree, triangles, token)?;
-                self.boxes.get_or_init(|| boxes);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
     /// [`NodeTable::drawable`] leaves out something of `settings`.
     pub fn lacks(&self, settings: &OverlaySettings) -> bool {
         let whole = settings.spelt_out(self.container_kind());
@@ -301,7 +282,6 @@ impl NodeTable {
     /// `settings`, with kinds and depths spelt out, restricted to what can be drawn without another pass over the tree. Until
     /// [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
-        let is_complete = self.spheres.get().is_some() || self.boxes.get().is_some();
         let own = self.container_kind();
         let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());
         let deepest = listed.saturating_sub(1) as u32;
@@ -313,30 +293,11 @@ impl NodeTable {
             ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival => true,
         };
         let depth = self.drawn_depths(settings);
-        let [boxes, spheres] = settings.kinds(own);
+        let wanted = settings.kinds(own);
         OverlaySettings {
-            follows_tree: false,
             depth: Some(if is_listed { depth } else { depth.map(|depth| depth.min(deepest)) }),
             color_by: if has_color { settings.color_by } else { ColorBy::Depth },
-            show_boxes: boxes && (is_complete || own == ContainerKind::Aabb),
-            show_spheres: spheres && (is_complete || own == ContainerKind::Sphere),
-            ..*settings
-        }
-    }
-
-    /// The box of `node`: the tree's own or, in a tree of spheres, the tight box around the triangles of the subtree.
-    pub fn node_box(&self, node: u32) -> Aabb {
-        match &self.accel.tree {
-            AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
-            AnyTree::Sphere(tree) => self.boxes.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
-        }
-    }
-
-    /// The sphere of `node`: the tree's own or, in a tree of boxes, merged bottom-up from the triangles' spheres.
-    pub fn node_sphere(&self, node: u32) -> Sphere {
-        match &self.accel.tree {
-            AnyTree::Sphere(tree) => tree.nodes[node as usize].container,
-            AnyTree::Aabb(tree) => self.spheres.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
+            ..settings.with_kinds(ContainerKind::ALL.map(|kind| wanted[kind as usize] && self.knows(kind)))
         }
     }
 
@@ -373,8 +334,8 @@ impl NodeTable {
         if built > 0.0 { with_tree!(&self.accel.tree, tree => tree.area(node)) / built } else { 1.0 }
     }
 
-    /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box
-    /// itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
+    /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box or
+    /// polytope itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
     pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
         if self.is_leaf(node) {
             return Vec::new();
@@ -393,21 +354,28 @@ impl NodeTable {
                     ..plain
                 })
                 .collect(),
+            AnyTree::Dop14(tree) => node_metrics::intersections_of_children(tree, node)
+                .map(|Dop14 { bounds, low, high }| OverlayNode {
+                    box_min: bounds.min.to_array(),
+                    box_max: bounds.max.to_array(),
+                    low,
+                    high,
+                    ..plain
+                })
+                .collect(),
         }
     }
 
-    /// The instance data of `node` at `depth`. The container of the other kind and the primitive count cost a pass over the tree
-    /// and are zero unless `settings` show them.
+    /// The instance data of `node` at `depth`. Containers of other kinds and the primitive count cost a pass over the tree and are zero
+    /// unless `settings` show them. Where a box and a polytope are drawn of the same node, they have the polytope's box.
     pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
-        let [boxes, spheres] = settings.kinds(own);
-        let bounds = if boxes || own == ContainerKind::Aabb { self.node_box(node) } else { nothing };
-        let sphere = if spheres || own == ContainerKind::Sphere {
-            self.node_sphere(node)
-        } else {
-            Sphere { center: glam::Vec3::ZERO, radius: 0.0 }
-        };
+        let kinds = settings.kinds(own);
+        let [boxes, spheres, dops] = ContainerKind::ALL.map(|kind| kinds[kind as usize] || own == kind);
+        let dop = if dops { self.node_dop(node) } else { Dop14 { bounds: nothing, low: [0.0; 4], high: [0.0; 4] } };
+        let bounds = if boxes { self.node_box(node) } else { dop.bounds };
+        let sphere = if spheres { self.node_sphere(node) } else { Sphere { center: glam::Vec3::ZERO, radius: 0.0 } };
         OverlayNode {
             box_min: bounds.min.to_array(),
             depth,
@@ -424,6 +392,8 @@ impl NodeTable {
                 ColorBy::Growth => self.growth(node).max(1e-12).log2(),
                 ColorBy::Depth | ColorBy::Size | ColorBy::Primitives | ColorBy::Survival => 0.0,
             },
+            low: dop.low,
+            high: dop.high,
         }
     }
 }

@@ -10,7 +10,7 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
 /// Base colours of the materials, linear RGB.
-const PALETTE: [[f32; 3]; 6] = [
+pub(super) const PALETTE: [[f32; 3]; 6] = [
     [0.62, 0.42, 0.32],
     [0.70, 0.52, 0.22],
     [0.30, 0.46, 0.40],
@@ -25,8 +25,8 @@ fn add_palette(assembly: &mut Assembly) {
     }
 }
 
-/// The Cornell box: a room of width 2, open at the front, with two boxes and a light panel.
-pub(super) fn cornell(assembly: &mut Assembly) {
+/// The room of the Cornell box: of width 2, open at the front, with a light panel.
+pub(super) fn room(assembly: &mut Assembly) {
     let light = Material { emissive: Vec3::new(4.0, 3.6, 3.0), ..paint("light", [0.8; 3]) };
     assembly.materials = vec![
         paint("white", [0.72, 0.71, 0.68]),
@@ -42,6 +42,12 @@ pub(super) fn cornell(assembly: &mut Assembly) {
     quad(assembly, corner, y, z, 1);
     quad(assembly, corner + x, z, y, 2);
     quad(assembly, Vec3::new(-0.3, 1.99, -0.3), x * 0.3, z * 0.3, 3);
+    assembly.mesh_count = 6;
+}
+
+/// The Cornell box: its room with two boxes.
+pub(super) fn cornell(assembly: &mut Assembly) {
+    room(assembly);
     for (center, half, turn) in [
         (Vec3::new(-0.35, 0.6, -0.35), Vec3::new(0.3, 0.6, 0.3), 0.3),
         (Vec3::new(0.35, 0.3, 0.35), Vec3::splat(0.3), -0.3),
@@ -53,7 +59,7 @@ pub(super) fn cornell(assembly: &mut Assembly) {
             quad(assembly, center - n - u - v, v * 2.0, u * 2.0, 0);
         }
     }
-    assembly.mesh_count = 8;
+    assembly.mesh_count += 2;
 }
 
 /// The sphere flake (Haines, "A Proposal for Standard Graphics Environments", 1987): nine spheres of a third of the radius on

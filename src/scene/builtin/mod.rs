@@ -5,6 +5,7 @@ mod moving;
 mod shapes;
 mod teapot;
 mod terrain;
+mod thin;
 mod walker;
 
 use std::path::PathBuf;
@@ -49,6 +50,9 @@ pub(super) fn build(
         "cloth" => moving::cloth(size, &mut assembly, token)?,
         "explosion" => moving::explosion(size, &mut assembly, token)?,
         "slivers" => classics::slivers(size, &mut assembly, token)?,
+        "hair" => thin::hair(size, &mut assembly, token)?,
+        "foliage" => thin::foliage(size, &mut assembly, token)?,
+        "tilted" => thin::tilted(size, &mut assembly, token)?,
         _ => classics::clusters(size, &mut assembly, token)?,
     }
     token.check()?;
@@ -61,7 +65,9 @@ fn max_triangles(name: &str, size: u32) -> usize {
     let size = size as usize;
     match name {
         "teapot" => 64 * size * size,
-        "terrain" | "slivers" | "walker" | "cloth" | "explosion" => size,
+        "terrain" | "slivers" | "walker" | "cloth" | "explosion" | "hair" | "foliage" => size,
+        // The room has 12 triangles, and each board six sides.
+        "tilted" => 12 + 12 * size,
         "clusters" => 256 * size,
         // The central sphere has 2,208 triangles, and each level has at most five times as many as the one before.
         "sphereflake" => 4096 * 5_usize.pow(size as u32),

@@ -192,6 +192,6 @@ impl Restructuring<'_> {
     /// SAH cost of `subtree` if everything below its root costs `children_cost`.
     fn cost(&self, subtree: &Subtree, children_cost: f32) -> f32 {
         let area = self.nodes[subtree.root as usize].container.half_area();
-        node_or_leaf_cost(area, subtree.cost.count, children_cost, self.builder.collapses).0
+        node_or_leaf_cost::<Aabb>(area, subtree.cost.count, children_cost, self.builder.collapses).0
     }
 }

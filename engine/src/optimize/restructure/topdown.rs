@@ -140,10 +140,10 @@ impl<'a> Builder<'a> {
 
     /// Builds the tree of up to [`MAX_CLUSTERED`] items by clustering.
     #[inline(always)]
-    fn cluster(&self, items: &[Item], clusters: &mut ClusterStack, nodes: &mut [Node<Aabb>], offset: u32) {
+    fn cluster(&self, items: &[Item], clusters: &mut ClusterStack<Aabb>, nodes: &mut [Node<Aabb>], offset: u32) {
         for (index, item) in items.iter().enumerate() {
             let Node { container, first, count } = item.node();
-            clusters.set::<Aabb>(index, Cluster { fields: container.fields(), first, count });
+            clusters.set(index, Cluster { fields: container.fields(), first, count });
         }
         clusters.len = items.len();
         let mut pairs = PairWriter::new(nodes, (NEW_NODE | offset) as usize);
@@ -164,7 +164,7 @@ impl<'a> Builder<'a> {
             } else {
                 node.first &= !NEW_NODE;
                 let count = std::mem::take(&mut node.count);
-                node_or_leaf_cost(area, count, costs_below(side, node.first), self.collapses).0
+                node_or_leaf_cost::<Aabb>(area, count, costs_below(side, node.first), self.collapses).0
             };
         }
         costs

@@ -1,6 +1,8 @@
 //! Area of the part of a triangle inside a container.
 
-use crate::geometry::{Aabb, Sphere, Triangle};
+use arrayvec::ArrayVec;
+
+use crate::geometry::{Aabb, Dop14, Sphere, Triangle, cut};
 use crate::tree::container::Container;
 
 /// A container that a triangle can be clipped against.
@@ -18,37 +20,47 @@ impl Clip for Aabb {
         if Aabb::contains(self, bounds, 0.0) {
             return triangle.area();
         }
-        let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
         let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
         // Each of the six planes adds at most one corner to a convex polygon.
-        let mut polygon = [glam::DVec3::ZERO; 9];
-        polygon[..3].copy_from_slice(&corners);
-        let mut count = 3;
+        let mut polygon: ArrayVec<_, 9> =
+            [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3).into_iter().collect();
         for axis in 0..3 {
             for (plane, sign) in [(min[axis], 1.0), (max[axis], -1.0)] {
-                let mut clipped = [glam::DVec3::ZERO; 9];
-                let mut clipped_count = 0;
-                for i in 0..count {
-                    let (from, to) = (polygon[i], polygon[(i + 1) % count]);
-                    let (inside_from, inside_to) = ((from[axis] - plane) * sign, (to[axis] - plane) * sign);
-                    if inside_from >= 0.0 && clipped_count < 9 {
-                        clipped[clipped_count] = from;
-                        clipped_count += 1;
-                    }
-                    if inside_from * inside_to < 0.0 && clipped_count < 9 {
-                        clipped[clipped_count] = from + (to - from) * (inside_from / (inside_from - inside_to));
-                        clipped_count += 1;
-                    }
-                }
-                (polygon, count) = (clipped, clipped_count);
-                if count < 3 {
+                cut(&mut polygon, |point| (point[axis] - plane) * sign);
+                if polygon.len() < 3 {
                     return 0.0;
                 }
             }
         }
-        let fan = (1..count - 1).map(|i| (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]));
-        fan.sum::<glam::DVec3>().length() * 0.5
+        area(&polygon)
     }
+}
+
+impl Clip for Dop14 {
+    /// Exact, as for boxes.
+    fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64 {
+        let corners = [triangle.a, triangle.b, triangle.c];
+        if self.bounds.intersection(bounds).is_empty() {
+            return 0.0;
+        }
+        if corners.iter().all(|&corner| self.excess_of_point(corner) <= 0.0) {
+            return triangle.area();
+        }
+        let mut polygon: ArrayVec<_, 17> = corners.map(glam::Vec3::as_dvec3).into_iter().collect();
+        for (normal, limit) in self.half_spaces() {
+            cut(&mut polygon, |point| limit - normal.dot(point));
+            if polygon.len() < 3 {
+                return 0.0;
+            }
+        }
+        area(&polygon)
+    }
+}
+
+/// Surface area of a convex polygon of at least three corners.
+fn area(polygon: &[glam::DVec3]) -> f64 {
+    let fan = (1..polygon.len() - 1).map(|i| (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]));
+    fan.sum::<glam::DVec3>().length() * 0.5
 }
 
 impl Clip for Sphere {

@@ -7,7 +7,7 @@ use crate::geometry::Triangle;
 use crate::kernel::par_collect::par_collect;
 use crate::tree::container::Container;
 use crate::tree::node::{AnyTree, Tree};
-use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use crate::tree::statistics::INTERSECTION_COST;
 use crate::with_tree;
 
 mod clip;
@@ -58,7 +58,7 @@ impl EndPointOverlap {
 
 /// End-point overlap (Aila, Karras, Laine: *On Quality Metrics of Bounding Volume Hierarchies*, HPG 2013, section 4): the
 /// cost of the surface of the scene that lies inside nodes that do not hold it, over the total surface. An interior node
-/// costs [`TRAVERSAL_COST`], a leaf [`INTERSECTION_COST`] for each primitive. `triangles` is the list that `tree` was built from.
+/// costs [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), a leaf [`INTERSECTION_COST`] for each primitive. `triangles` is the list that `tree` was built from.
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
 /// Where triangles coincide, each lies in nearly every node: once the samples have visited some thousand nodes each on average,
@@ -278,7 +278,7 @@ fn foreign_cost<C: Clip>(
         if node.is_leaf() {
             cost += area * f64::from(INTERSECTION_COST) * f64::from(node.count);
         } else {
-            cost += area * f64::from(TRAVERSAL_COST);
+            cost += area * f64::from(C::KIND.traversal_cost());
             stack.extend(node.children());
         }
     }

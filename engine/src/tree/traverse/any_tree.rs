@@ -6,6 +6,7 @@ use fearless_simd::{Level, dispatch};
 use super::walk::with_stack;
 use super::{IndexedTriangles, NoProbe, Observer, Probe, StackEntry, Traversal};
 use crate::geometry::{Hit, Ray, Triangle};
+use crate::kernel::simd::baseline;
 use crate::tree::node::AnyTree;
 use crate::with_tree;
 
@@ -46,17 +47,14 @@ impl AnyTree {
         stack: &mut [StackEntry],
         observer: Observer<'_>,
     ) -> Option<Hit> {
-        // Only traversals that are timed run at the given level.
-        let baseline = Level::baseline();
         match observer {
             Observer::Nothing => self.closest_hit_probed(level, triangles, ray, traversal, stack, &mut NoProbe),
             Observer::Counts(counts) => self.closest_hit_probed(level, triangles, ray, traversal, stack, counts),
-            Observer::Tests(mut probe) => {
-                self.closest_hit_probed(baseline, triangles, ray, traversal, stack, &mut probe)
-            }
-            Observer::Events(mut probe) => {
-                self.closest_hit_probed(baseline, triangles, ray, traversal, stack, &mut probe)
-            }
+            // Only traversals that are timed run at the given level.
+            Observer::Tests(mut probe) => with_tree!(self, tree =>
+                super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, &mut probe)),
+            Observer::Events(mut probe) => with_tree!(self, tree =>
+                super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, &mut probe)),
         }
     }
 
@@ -70,8 +68,16 @@ impl AnyTree {
         stack: &mut [StackEntry],
         probe: &mut P,
     ) -> Option<Hit> {
-        with_tree!(self, tree => dispatch!(level, simd =>
-            super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe)))
+        match self {
+            Self::Aabb(tree) => {
+                dispatch!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
+            }
+            Self::Sphere(tree) => {
+                dispatch!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
+            }
+            // The test of a polytope takes four lanes on every machine.
+            Self::Dop14(tree) => super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, probe),
+        }
     }
 
     /// Whether anything lies on `ray`; see [`any_hit`](super::any_hit). `leaf_triangles` are those of

@@ -6,9 +6,10 @@
 
 use std::ops::{ControlFlow, Range};
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::Simd;
 
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
+use crate::kernel::simd::baseline;
 use crate::tree::container::Container;
 use crate::tree::node::Tree;
 
@@ -80,10 +81,7 @@ pub fn closest_hit<C: Container, P: Probe>(
     traversal: Traversal,
     probe: &mut P,
 ) -> Option<Hit> {
-    with_stack(
-        tree.max_depth,
-        |stack| dispatch!(Level::baseline(), simd => closest_hit_with(simd, tree, leaf_triangles, ray, traversal, stack, probe)),
-    )
+    with_stack(tree.max_depth, |stack| closest_hit_with(baseline(), tree, leaf_triangles, ray, traversal, stack, probe))
 }
 
 /// [`closest_hit`] at the SIMD level of the caller, with a stack of [`new_stack`] that is reused from ray to ray.
@@ -163,7 +161,7 @@ pub fn any_hit_with<C: Container, P: Probe>(
             }
             ControlFlow::Continue(ray.ray.t_max)
         };
-        dispatch!(Level::baseline(), simd => walk::<_, C, P, true, true>(simd, tree, &ray, stack, probe, leaf));
+        walk::<_, C, P, true, true>(baseline(), tree, &ray, stack, probe, leaf);
     });
     found
 }

@@ -49,11 +49,12 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
         return;
     }
     let (t_min, mut t_max) = (ray.ray.t_min, ray.ray.t_max);
+    let part = &C::ray_part(ray);
     // A root that is a leaf is not tested: its primitives are, directly.
     if !root.is_leaf() {
         probe.container_test();
-        let entry = root.container.entry(ray, t_min, t_max);
-        report_test(&root.container, 0, ray, entry, probe);
+        let entry = root.container.entry(ray, part, t_min, t_max);
+        report_test(&root.container, 0, ray, part, entry, probe);
         if entry.is_none() {
             return;
         }
@@ -75,10 +76,10 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
         } else if node.count != 0 {
             let children = &nodes[node.first as usize..][..node.arity() as usize];
             (0..children.len()).for_each(|_| probe.container_test());
-            let mut entered = Entered::new(children, node.first, ray, t_min, t_max);
+            let mut entered = Entered::new(children, node.first, ray, part, t_min, t_max);
             if P::EVENTS {
                 for (child, index) in children.iter().zip(node.first..) {
-                    report_test(&child.container, index, ray, entered.distance_of(index), probe);
+                    report_test(&child.container, index, ray, part, entered.distance_of(index), probe);
                 }
             }
             if ORDERED {
@@ -100,11 +101,11 @@ pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const F
             let [left, right] = &nodes[first..first + 2] else { return };
             probe.container_test();
             probe.container_test();
-            let pair = C::entry_pair(simd, [&left.container, &right.container], ray, t_min, t_max);
+            let pair = C::entry_pair(simd, [&left.container, &right.container], ray, part, t_min, t_max);
             if P::EVENTS {
                 for (side, child) in [left, right].into_iter().enumerate() {
                     let entry = (pair.hits >> side & 1 != 0).then_some(pair.entry[side]);
-                    report_test(&child.container, node.first + side as u32, ray, entry, probe);
+                    report_test(&child.container, node.first + side as u32, ray, part, entry, probe);
                 }
             }
             match pair.hits {
@@ -187,10 +188,17 @@ impl Entered {
     /// which nearly all trees consist of, have the registers for themselves.
     #[cold]
     #[inline(never)]
-    fn new<C: Container>(children: &[Node<C>], first: u32, ray: &PreparedRay, t_min: f32, t_max: f32) -> Self {
+    fn new<C: Container>(
+        children: &[Node<C>],
+        first: u32,
+        ray: &PreparedRay,
+        part: &C::RayPart,
+        t_min: f32,
+        t_max: f32,
+    ) -> Self {
         let mut entered = Self { entries: [StackEntry::NONE; MAX_ARITY], count: 0 };
         for (child, node) in children.iter().zip(first..) {
-            if let Some(distance) = child.container.entry(ray, t_min, t_max) {
+            if let Some(distance) = child.container.entry(ray, part, t_min, t_max) {
                 entered.entries[entered.count] = StackEntry { node, distance };
                 entered.count += 1;
             }
@@ -234,13 +242,20 @@ fn index_of<C>(nodes: &[Node<C>], node: &Node<C>) -> u32 {
 /// Reports the test of the container of `node`, which gave `entry`, to a probe that wants events. A test up to the nearest hit does
 /// not tell a container behind it from one that is missed: up to the end of the ray it does.
 #[inline(always)]
-fn report_test<C: Container, P: Probe>(container: &C, node: u32, ray: &PreparedRay, entry: Option<f32>, probe: &mut P) {
+fn report_test<C: Container, P: Probe>(
+    container: &C,
+    node: u32,
+    ray: &PreparedRay,
+    part: &C::RayPart,
+    entry: Option<f32>,
+    probe: &mut P,
+) {
     if !P::EVENTS {
         return;
     }
     if let Some(t) = entry {
         probe.entered(node, t);
-    } else if let Some(t) = container.entry(ray, ray.ray.t_min, ray.ray.t_max) {
+    } else if let Some(t) = container.entry(ray, part, ray.ray.t_min, ray.ray.t_max) {
         probe.entered(node, t);
         probe.culled(node, t);
     } else {

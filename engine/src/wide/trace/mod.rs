@@ -10,6 +10,7 @@ pub(crate) mod stream;
 use fearless_simd::{Level, dispatch};
 
 use crate::geometry::{Hit, Ray};
+use crate::kernel::simd::baseline;
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::tree::AnyWideTree;
 use crate::with_wide_tree;
@@ -27,13 +28,17 @@ impl AnyWideTree {
         self.closest_hit_observed(level, ray, probe.observer())
     }
 
-    // Tests and events are the same at every level, and not what one waits for: compiled for the baseline alone.
     fn closest_hit_observed(&self, level: Level, ray: &Ray, observer: Observer<'_>) -> Option<Hit> {
         match observer {
             Observer::Nothing => self.closest_hit(level, ray),
             Observer::Counts(counts) => self.closest_hit_probed(level, ray, counts),
-            Observer::Tests(mut probe) => self.closest_hit_probed(Level::baseline(), ray, &mut probe),
-            Observer::Events(mut probe) => self.closest_hit_probed(Level::baseline(), ray, &mut probe),
+            // The same at every level, and not what one waits for: compiled for the baseline alone.
+            Observer::Tests(mut probe) => {
+                with_wide_tree!(self, tree => single::closest_hit(baseline(), tree, ray, &mut probe))
+            }
+            Observer::Events(mut probe) => {
+                with_wide_tree!(self, tree => single::closest_hit(baseline(), tree, ray, &mut probe))
+            }
         }
     }
 
@@ -57,8 +62,12 @@ impl AnyWideTree {
         match observer {
             Observer::Nothing => self.any_hit(level, ray),
             Observer::Counts(counts) => self.any_hit_probed(level, ray, counts),
-            Observer::Tests(mut probe) => self.any_hit_probed(Level::baseline(), ray, &mut probe),
-            Observer::Events(mut probe) => self.any_hit_probed(Level::baseline(), ray, &mut probe),
+            Observer::Tests(mut probe) => {
+                with_wide_tree!(self, tree => single::any_hit(baseline(), tree, ray, &mut probe))
+            }
+            Observer::Events(mut probe) => {
+                with_wide_tree!(self, tree => single::any_hit(baseline(), tree, ray, &mut probe))
+            }
         }
     }
 

@@ -73,7 +73,7 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     probe: &mut P,
 ) -> Nearest {
     // Probes are told of the exact tests.
-    if P::ACTIVE || C::KIND == ContainerKind::Sphere {
+    if P::ACTIVE || C::KIND != ContainerKind::Aabb {
         return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
     if let Some(root) = tree.root
@@ -112,7 +112,9 @@ fn nearest_exactly<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
-    let (Some(root), Some(lanes)) = (tree.root, RayLanes::single(simd, ray)) else { return Nearest::new(ray.t_max) };
+    let (Some(root), Some(lanes)) = (tree.root, RayLanes::single::<S, C>(simd, ray)) else {
+        return Nearest::new(ray.t_max);
+    };
     walk::<S, C, _, P, ANY>(simd, tree, root, ray, &lanes.triangles, &C::prepare(simd, &lanes, 0), probe)
         .unwrap_or_else(|| unreachable!("exact tests decide every ray"))
 }

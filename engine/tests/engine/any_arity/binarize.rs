@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Sphere};
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere};
 use bvhscope_engine::tree::binarize::binarize;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::validate::validate;
@@ -29,7 +29,11 @@ fn leaves<C: Container>(tree: &Tree<C>) -> Vec<(Vec<u32>, String)> {
 #[test]
 fn a_binary_tree_has_the_same_leaves_and_is_sound() {
     for (name, triangles) in trees::nasty_scenes() {
-        for binary in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 3)] {
+        for binary in [
+            trees::halved::<Aabb>(&triangles, 1),
+            trees::halved::<Sphere>(&triangles, 3),
+            trees::halved::<Dop14>(&triangles, 3),
+        ] {
             for arity in ARITIES {
                 for tree in [widened(&binary, arity), irregular(&binary, arity, 2)] {
                     with_tree!(&tree, tree => {

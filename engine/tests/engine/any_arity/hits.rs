@@ -3,7 +3,7 @@
 
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Ray, Sphere};
+use bvhscope_engine::geometry::{Aabb, Dop14, Ray, Sphere};
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::traverse::{NoProbe, RayEvent, RayLog, Traversal, closest_hit, closest_hit_with, new_stack};
 use bvhscope_engine::tree::{AnyTree, Node, Tree};
@@ -18,7 +18,11 @@ fn trees_of_every_arity_find_what_a_scan_finds() {
     for (seed, (name, triangles)) in (0..).zip(trees::nasty_scenes()) {
         let rays = trees::rays(&triangles, 40, seed);
         let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
-        for binary in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 5)] {
+        for binary in [
+            trees::halved::<Aabb>(&triangles, 1),
+            trees::halved::<Sphere>(&triangles, 5),
+            trees::halved::<Dop14>(&triangles, 5),
+        ] {
             for arity in ARITIES {
                 let kind = binary.container_kind();
                 check(&format!("{name}, {kind:?}, {arity}"), &triangles, &widened(&binary, arity), &rays, &expected);

@@ -1,7 +1,7 @@
 //! Levels, ancestry, paths, metrics and survival of nodes in trees of every arity, against plain recursions.
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::node_metrics::{empty_space, overlap, sah_share, subtree_sah_shares};
@@ -19,7 +19,11 @@ fn token() -> CancelToken {
 
 /// Trees of boxes and of spheres of every arity over `triangles`, each with its name.
 fn wide_trees(triangles: &[Triangle]) -> Vec<(String, AnyTree)> {
-    let binary = [trees::halved::<Aabb>(triangles, 1), trees::halved::<Sphere>(triangles, 3)];
+    let binary = [
+        trees::halved::<Aabb>(triangles, 1),
+        trees::halved::<Sphere>(triangles, 3),
+        trees::halved::<Dop14>(triangles, 3),
+    ];
     let of = |tree: &AnyTree, arity: usize| {
         let kind = tree.container_kind();
         [

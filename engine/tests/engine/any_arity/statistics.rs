@@ -1,8 +1,8 @@
 //! Statistics of trees of every arity against sums over their nodes, and what the validator refuses.
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Sphere};
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, collapsed_sah_cost, tree_stats};
+use bvhscope_engine::geometry::{Aabb, Dop14, Sphere};
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, collapsed_sah_cost, tree_stats};
 use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use bvhscope_engine::with_tree;
@@ -23,7 +23,7 @@ fn collapsed<C: Container>(tree: &Tree<C>, node: u32) -> (f64, u32) {
     let below = own.children().map(|child| collapsed(tree, child));
     let (cost, count) = below.fold((0.0, own.slots().len() as u32), |sum, below| (sum.0 + below.0, sum.1 + below.1));
     let as_leaf = area * f64::from(count) * f64::from(INTERSECTION_COST);
-    (if own.is_leaf() { as_leaf } else { as_leaf.min(area * f64::from(TRAVERSAL_COST) + cost) }, count)
+    (if own.is_leaf() { as_leaf } else { as_leaf.min(area * f64::from(C::KIND.traversal_cost()) + cost) }, count)
 }
 
 fn check<C: Container>(name: &str, any: &AnyTree, tree: &Tree<C>) {
@@ -42,7 +42,7 @@ fn check<C: Container>(name: &str, any: &AnyTree, tree: &Tree<C>) {
             cost += area * f64::from(node.count) * f64::from(INTERSECTION_COST);
         } else {
             count(&mut arities, node.arity());
-            cost += area * f64::from(TRAVERSAL_COST);
+            cost += area * f64::from(C::KIND.traversal_cost());
         }
     });
     let root = f64::from(tree.nodes[0].container.relative_area());
@@ -68,7 +68,11 @@ fn arities_are_two<C>(tree: &Tree<C>) -> bool {
 fn statistics_are_sums_over_all_nodes() {
     // The larger trees have more than the 4,096 pairs at a depth from which threads share the work.
     for triangles in [trees::soup(1, 0.2, 1), trees::soup(700, 0.2, 2), trees::soup(20_000, 0.05, 3)] {
-        for binary in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 3)] {
+        for binary in [
+            trees::halved::<Aabb>(&triangles, 1),
+            trees::halved::<Sphere>(&triangles, 3),
+            trees::halved::<Dop14>(&triangles, 3),
+        ] {
             for arity in ARITIES {
                 for tree in [widened(&binary, arity), irregular(&binary, arity, 5)] {
                     let name = format!("{} triangles, {arity}", triangles.len());

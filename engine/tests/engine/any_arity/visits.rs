@@ -1,7 +1,7 @@
 //! Visits and tests of many rays in trees of every arity, against a recursion that says in words what a traversal does.
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Shear, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, PreparedRay, Ray, Shear, Sphere, Triangle};
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope_engine::tree::visits::{RayQuery, measure_visits};
 use bvhscope_engine::tree::{Container, Tree};
@@ -40,7 +40,8 @@ impl<'a, C: Container> Recursion<'a, C> {
     fn enters(&mut self, node: u32) -> Option<f32> {
         self.counts.containers += 1;
         let t_max = if self.query == RayQuery::ClosestHit(Traversal::Ordered) { self.t } else { self.ray.ray.t_max };
-        self.tree.nodes[node as usize].container.entry(&self.ray, self.ray.ray.t_min, t_max)
+        let part = C::ray_part(&self.ray);
+        self.tree.nodes[node as usize].container.entry(&self.ray, &part, self.ray.ray.t_min, t_max)
     }
 
     fn visit(&mut self, node: u32) {
@@ -77,7 +78,11 @@ impl<'a, C: Container> Recursion<'a, C> {
 fn tests_and_visits_are_those_of_a_recursion() {
     let triangles = trees::soup(400, 0.3, 21);
     let rays = trees::rays(&triangles, 150, 22);
-    for binary in [trees::halved::<Aabb>(&triangles, 1), trees::halved::<Sphere>(&triangles, 4)] {
+    for binary in [
+        trees::halved::<Aabb>(&triangles, 1),
+        trees::halved::<Sphere>(&triangles, 4),
+        trees::halved::<Dop14>(&triangles, 4),
+    ] {
         for arity in ARITIES {
             for tree in [widened(&binary, arity), irregular(&binary, arity, 23)] {
                 with_tree!(&tree, tree => check(arity, tree, &triangles, &rays));

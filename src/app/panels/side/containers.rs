@@ -45,13 +45,13 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve(ui, state);
         });
-        let shown = state.drawn_kinds() != [false; 2];
+        let shown = state.drawn_kinds() != [false; 3];
         let (drawn, wanted) = state.layout.graphics.overlay_counts;
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
             ("Containers are off: B shows them".to_owned(), color.dim)
         } else if !shown {
-            ("Neither boxes nor spheres are chosen".to_owned(), color.dim)
+            ("No kind of container is chosen".to_owned(), color.dim)
         } else if state.colors_by(ColorBy::Survival) && has_no_other(state) {
             ("Nothing to compare with: add a tree B (Ctrl+2), or choose passes".to_owned(), color.warning)
         } else if wanted > drawn {
@@ -78,18 +78,20 @@ fn has_no_other(state: &AppState) -> bool {
 fn kinds(ui: &mut Ui, state: &mut AppState) {
     let kind = state.container_kind();
     let overlay = &mut state.wanted.overlay;
-    row(ui, "Show", "Boxes, spheres or both, whichever the tree is built with (B hides both)", |ui| {
+    row(ui, "Show", "Boxes, spheres and polytopes, whichever the tree is built with (B hides all)", |ui| {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
-                let [mut boxes, mut spheres] = overlay.kinds(kind);
-                let by_hand = check(ui, &mut boxes, "Boxes", "Draw the boxes around nodes")
-                    | check(ui, &mut spheres, "Spheres", "Draw the spheres around nodes");
+                let mut kinds = overlay.kinds(kind);
+                let [boxes, spheres, dops] = &mut kinds;
+                let by_hand = check(ui, boxes, "Boxes", "Draw the boxes around nodes")
+                    | check(ui, spheres, "Spheres", "Draw the spheres around nodes")
+                    | check(ui, dops, "DOPs", "Draw the polytopes of 14 planes around nodes");
                 if by_hand {
-                    (overlay.follows_tree, overlay.show_boxes, overlay.show_spheres) = (false, boxes, spheres);
+                    *overlay = overlay.with_kinds(kinds);
                 }
             });
             ui.horizontal(|ui| {
-                let tip = "Draw what the tree is built of, boxes or spheres, also after that changes";
+                let tip = "Draw what the tree is built of, also after that changes";
                 check(ui, &mut overlay.follows_tree, "As tree", tip);
                 let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
                 check(ui, &mut overlay.faces, "Faces", tip);

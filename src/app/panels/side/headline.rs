@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
-use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
+use bvhscope_engine::tree::statistics::INTERSECTION_COST;
 
 use crate::app::state::comparison::Comparison;
 use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
@@ -179,7 +179,8 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             unit: "",
             remark: None,
             tip: format!(
-                "Expected cost of a ray by the surface area heuristic: container test {TRAVERSAL_COST}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better"
+                "Expected cost of a ray by the surface area heuristic: container test {}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better",
+                state.container_kind().traversal_cost()
             ),
             term: &terms::SAH_COST,
         },

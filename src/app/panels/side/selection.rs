@@ -129,6 +129,14 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
             let radius = format::significant(f64::from(table.node_sphere(node).radius));
             statistic(ui, state, &Statistic::new("Radius", radius).tip("Radius of its sphere, in the file's unit"));
         }
+        ContainerKind::Dop14 => {
+            let dop = table.node_dop(node);
+            let of_box = f64::from(dop.half_area()) / f64::from(dop.bounds.half_area());
+            let text = if of_box.is_finite() { format::percent(of_box) } else { "–".to_owned() };
+            let tip =
+                "Surface area of its polytope over that of the box around it: the less, the more its cut corners help";
+            statistic(ui, state, &Statistic::new("Of its box", text).tip(tip));
+        }
     }
     let area = f64::from(table.area_share(node));
     let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
@@ -165,6 +173,7 @@ fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let box_of = match table.container_kind() {
         ContainerKind::Aabb => "the box",
         ContainerKind::Sphere => "the box around the sphere",
+        ContainerKind::Dop14 => "the box around the polytope",
     };
     for (name, which, at) in [("From", "Lower", bounds.min), ("To", "Upper", bounds.max)] {
         let tip = format!("{which} corner of {box_of}: x, y and z in the file's unit");

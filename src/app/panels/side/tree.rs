@@ -107,7 +107,7 @@ fn setting(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
     }
     match &setting.value {
         Value::Number(number) => self::number(ui, state, setting, number),
-        Value::One { options, get, set } if options().len() == 2 => radio(ui, state, setting, &options(), *get, *set),
+        Value::One { options, get, set } if fit_a_row(&options()) => radio(ui, state, setting, &options(), *get, *set),
         Value::One { options, get, set } => list(ui, state, setting, &options(), *get, *set),
         Value::Any { .. } => checks(ui, state, setting),
     }
@@ -144,6 +144,12 @@ fn list(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice]
     {
         set(state.edited_build_mut(), index);
     }
+}
+
+/// The names of all `options` fit side by side, where one click chooses.
+fn fit_a_row(options: &[Choice]) -> bool {
+    const LETTERS: usize = 16;
+    options.iter().map(|option| option.label.len()).sum::<usize>() <= LETTERS
 }
 
 fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice], get: Get, set: Set) {

@@ -1,0 +1,163 @@
+//! Eight polytopes side by side, intersected with the same rounding as single ones.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use bytemuck::{Pod, Zeroable};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+
+use crate::geometry::{Aabb, DIAGONAL_PAD, Dop14, FAR_SLACK, PARALLEL_PAD, Ray};
+use crate::kernel::lanes::Lanes;
+use crate::wide::bounds::{CompactBounds, WideContainer};
+use crate::wide::box_bounds::BoxRay;
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
+use crate::wide::layout::WIDTH;
+use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
+
+/// Number of diagonals.
+const DIAGONALS: usize = 4;
+
+/// Eight polytopes: their boxes, and for each diagonal the lower and the upper planes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct DopLanes {
+    pub(crate) boxes: BoxLanes,
+    pub(crate) planes: [[[f32; WIDTH]; 2]; DIAGONALS],
+}
+
+/// Polytopes have no smaller form.
+impl CompactBounds<Dop14> for DopLanes {
+    fn pack(lanes: &Self, _: usize) -> Self {
+        *lanes
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(&self, _: S) -> Self {
+        *self
+    }
+
+    fn load(&self, lane: usize) -> Dop14 {
+        Dop14::load(self, lane)
+    }
+
+    fn holds(&self, lane: usize, container: &Dop14) -> bool {
+        Dop14::load(self, lane) == *container
+    }
+}
+
+/// A ray prepared for tests against eight polytopes.
+pub struct DopRay<S: Simd> {
+    boxes: BoxRay<S>,
+    /// For each diagonal the offset of the near planes: 0 for the lower ones, 1 for the upper ones.
+    near: [usize; DIAGONALS],
+    near_origin: [f32x8<S>; DIAGONALS],
+    far_origin: [f32x8<S>; DIAGONALS],
+    negative_inverse: [f32x8<S>; DIAGONALS],
+}
+
+impl<S: Simd> LaneTest<S, DopLanes> for DopRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &DopLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = Dop14::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
+impl RayRows for Dop14 {
+    const OTHER_ROWS: usize = 9;
+
+    /// Origin along each diagonal, reciprocals of the direction along each, and the pad; see
+    /// [`DiagonalRay`](crate::geometry::DiagonalRay).
+    #[inline(always)]
+    fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
+        let (zero, one, largest) = (V::splat(simd, 0.0), V::splat(simd, 1.0), V::splat(simd, f32::MAX));
+        let [o0, o1, o2, o3] = along_diagonals(origin);
+        let mut inverses = along_diagonals(direction);
+        let mut parallel_pad = zero;
+        for inverse in &mut inverses {
+            let reciprocal = one / *inverse;
+            let crosses = reciprocal.abs().simd_le(largest);
+            *inverse = crosses.select(reciprocal, largest);
+            parallel_pad = crosses.select(parallel_pad, V::splat(simd, PARALLEL_PAD));
+        }
+        let [i0, i1, i2, i3] = inverses;
+        let pad = (origin[0].abs() + origin[1].abs() + origin[2].abs()) * DIAGONAL_PAD + parallel_pad;
+        [o0, o1, o2, o3, i0, i1, i2, i3, pad]
+    }
+}
+
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
+impl WideContainer for Dop14 {
+    type Bounds = DopLanes;
+    const EMPTY_BOUNDS: DopLanes = DopLanes {
+        boxes: Aabb::EMPTY_BOUNDS,
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; DIAGONALS],
+    };
+    type Prepared<S: Simd> = DopRay<S>;
+    type Fused<S: Simd> = DopRay<S>;
+    type Compact = DopLanes;
+    const HAS_COMPACT: bool = false;
+
+    #[inline(always)]
+    fn nonempty_area(&self) -> f32 {
+        self.nonempty_half_area()
+    }
+
+    #[inline(always)]
+    fn store(&self, bounds: &mut DopLanes, lane: usize) {
+        self.bounds.store(&mut bounds.boxes, lane);
+        for (diagonal, [low, high]) in bounds.planes.iter_mut().enumerate() {
+            (low[lane], high[lane]) = (self.low[diagonal], self.high[diagonal]);
+        }
+    }
+
+    fn load(bounds: &DopLanes, lane: usize) -> Self {
+        let [low, high] = [0, 1].map(|side| bounds.planes.map(|planes| planes[side][lane]));
+        Self { bounds: Aabb::load(&bounds.boxes, lane), low, high }
+    }
+
+    #[inline(always)]
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> DopRay<S> {
+        let zero = f32x8::splat(simd, 0.0);
+        let mut ray = DopRay {
+            boxes: Aabb::prepare(simd, rays, at),
+            near: [0; DIAGONALS],
+            near_origin: [zero; DIAGONALS],
+            far_origin: [zero; DIAGONALS],
+            negative_inverse: [zero; DIAGONALS],
+        };
+        let pad = rays.others[2 * DIAGONALS][at % N];
+        for diagonal in 0..DIAGONALS {
+            let (origin, inverse) = (rays.others[diagonal][at % N], rays.others[DIAGONALS + diagonal][at % N]);
+            let pad = if inverse < 0.0 { -pad } else { pad };
+            ray.near[diagonal] = usize::from(inverse < 0.0);
+            ray.near_origin[diagonal] = f32x8::splat(simd, origin + pad);
+            ray.far_origin[diagonal] = f32x8::splat(simd, origin - pad);
+            ray.negative_inverse[diagonal] = f32x8::splat(simd, -inverse);
+        }
+        ray
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(DopRay<S>, TriangleLanes<1>)> {
+        None
+    }
+
+    #[inline(always)]
+    fn intersect<S: Simd>(simd: S, bounds: &DopLanes, ray: &DopRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let (mut entry, mut exit) = ray.boxes.between(simd, &bounds.boxes);
+        for diagonal in 0..DIAGONALS {
+            let near = f32x8::load_array_ref(simd, &bounds.planes[diagonal][ray.near[diagonal] & 1]);
+            let far = f32x8::load_array_ref(simd, &bounds.planes[diagonal][ray.near[diagonal] & 1 ^ 1]);
+            entry = entry.max((ray.near_origin[diagonal] - near) * ray.negative_inverse[diagonal]);
+            exit = exit.min((ray.far_origin[diagonal] - far) * ray.negative_inverse[diagonal] * FAR_SLACK);
+        }
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+    }
+}
+
+/// The dot products of a vector with the diagonals, by lanes.
+#[inline(always)]
+fn along_diagonals<S: Simd, V: Lanes<S>>([x, y, z]: [V; 3]) -> [V; DIAGONALS] {
+    let (sum, difference) = (x + y, x - y);
+    [sum + z, sum - z, difference + z, difference - z]
+}
