@@ -71,10 +71,8 @@ pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
             let tree = tree(triangles, &settings);
             let leaf_triangles = in_leaf_order(&tree, triangles);
             let wide = wide(&tree, triangles);
-            match tree {
-                AnyTree::Aabb(tree) => Some(Ready { name, tree, leaf_triangles, wide }),
-                AnyTree::Sphere(_) => None,
-            }
+            let AnyTree::Aabb(tree) = tree else { return None };
+            Some(Ready { name, tree, leaf_triangles, wide })
         })
         .collect()
 }

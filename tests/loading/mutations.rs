@@ -115,10 +115,11 @@ fn truncated_files_are_reported() {
     let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
     let stl = stl[second..].to_vec();
     let [gltf, glb] = gltf_seeds();
-    let [boxes, spheres] = tree_file_seeds();
+    let [boxes, spheres, polytopes] = tree_file_seeds();
     for (name, bytes) in [
         ("a.bvh", boxes),
         ("a.bvh", spheres),
+        ("a.bvh", polytopes),
         ("a.ply", ply),
         ("a.ply", little),
         ("a.ply", big),
@@ -314,8 +315,8 @@ fn damaged_pbrt_files() {
     attack(&[bytes(scene), bytes(objects)], 2500, entry_points::pbrt);
 }
 
-/// Two tree files with their triangles: a binary tree of boxes and the wide tree of spheres.
-fn tree_file_seeds() -> [Vec<u8>; 2] {
+/// Tree files of each kind of container with their triangles: a binary tree of boxes, and the wide trees of the others.
+fn tree_file_seeds() -> [Vec<u8>; 3] {
     let token = CancelToken::new();
     let mut random = Random(5);
     let triangles: Vec<Triangle> = (0..12)
