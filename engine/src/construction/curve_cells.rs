@@ -102,10 +102,9 @@ pub fn curve_order(
         return Ok(CurveOrder::default());
     }
     match settings.container {
-        ContainerKind::Aabb => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
-        ContainerKind::Sphere => Ok(order_of::<Sphere>(triangles, settings, limits, token)?),
         // Polytopes follow the curve by their boxes.
-        ContainerKind::Dop14 => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
+        ContainerKind::Aabb | ContainerKind::Dop14 => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
+        ContainerKind::Sphere => Ok(order_of::<Sphere>(triangles, settings, limits, token)?),
     }
 }
 

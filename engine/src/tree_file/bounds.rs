@@ -81,8 +81,7 @@ impl FileContainer for Sphere {
 impl FileContainer for Dop14 {
     fn problem(&self) -> Option<BoundsProblem> {
         let planes = self.low.into_iter().chain(self.high);
-        // NaN fails the comparison.
-        if let Some(plane) = planes.into_iter().find(|plane| !(plane.abs() <= 4.0 * MAX_COORDINATE)) {
+        if let Some(plane) = planes.into_iter().find(|plane| plane.is_nan() || plane.abs() > 4.0 * MAX_COORDINATE) {
             return Some(BoundsProblem::Diagonal(plane));
         }
         let inside_out = || {
