@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::file_tree::FileTree;
-use super::{Accel, BUILD_BYTES_PER_TRIANGLE};
+use super::{Accel, build_bytes_per_triangle};
 use crate::budget::Budget;
 use crate::scene::{LoadError, Scene, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
@@ -32,7 +32,8 @@ impl Accel {
         let TreeFile { header, tree, empty_nodes, numbers, faults, .. } = file;
         // For what is derived from it: the wide tree, triangles in leaf order, lists of nodes.
         let primitives = tree.primitive_indices().len() as u64;
-        let within = budget.check("the tree", primitives.saturating_mul(BUILD_BYTES_PER_TRIANGLE));
+        let within =
+            budget.check("the tree", primitives.saturating_mul(build_bytes_per_triangle(tree.container_kind())));
         within.map_err(|error| LoadError::over_budget(path, &error))?;
         let settings = BuildSettings::preset(Preset::Fast, tree.container_kind());
         let build_time = header.build_ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());

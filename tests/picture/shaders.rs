@@ -61,7 +61,7 @@ fn view_uniforms_have_the_layout_of_rust() {
 
 #[test]
 fn nodes_have_the_layout_of_rust() {
-    assert_eq!(size_of::<OverlayNode>(), 64);
+    assert_eq!(size_of::<OverlayNode>(), 96);
     let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, _) = members(&module, "Node");
     // Vertex attributes lie one after the other without gaps, in the order of their locations.
@@ -89,6 +89,8 @@ fn nodes_have_the_layout_of_rust() {
             offset_of!(OverlayNode, flags),
             offset_of!(OverlayNode, area_share),
             offset_of!(OverlayNode, value),
+            offset_of!(OverlayNode, low),
+            offset_of!(OverlayNode, high),
         ]
     );
     let kinds = members.iter().map(|member| module.types[member.ty].inner.scalar_kind().unwrap());

@@ -200,8 +200,8 @@ mod tests {
     #[test]
     fn the_merge_distance_of_polytopes_is_half_the_area_of_their_union() {
         let point = |point: Vec3| Dop14::around_triangle(&crate::geometry::Triangle { a: point, b: point, c: point });
-        let (origin, corner) = (point(Vec3::ZERO), point(Vec3::ONE));
-        // A diagonal of a cube: planes allow a rod with a hexagonal section of no width.
+        let (origin, corner) = (point(Vec3::ZERO), point(Vec3::new(1.0, 1.0, 0.0)));
+        // Three pairs of planes run along the diagonal of a square.
         assert!(merge_distance(&origin, &corner) < 1e-4);
         let other = point(Vec3::new(1.0, 0.0, 0.0)).union(&point(Vec3::new(0.0, 1.0, 1.0)));
         let all = origin.union(&corner).union(&other);

@@ -21,8 +21,8 @@ pub(crate) const DIAGONAL_PAD: f32 = 16.0 * f32::EPSILON;
 /// use bvhscope_engine::glam::Vec3;
 /// use bvhscope_engine::{Dop14, Triangle};
 ///
-/// // A blade from corner to corner of the unit cube needs hardly a tenth of the cube's surface.
-/// let blade = Triangle { a: Vec3::ZERO, b: Vec3::ONE, c: Vec3::new(0.02, 0.0, 0.0) };
+/// // A blade from corner to corner of the unit square needs hardly a tenth of the square.
+/// let blade = Triangle { a: Vec3::ZERO, b: Vec3::new(1.0, 1.0, 0.0), c: Vec3::new(0.02, 0.0, 0.0) };
 /// let polytope = Dop14::around_triangle(&blade);
 /// assert!(polytope.half_area() < 0.1 * polytope.bounds.half_area());
 /// ```

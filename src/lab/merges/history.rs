@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::accel::{Accel, BUILD_BYTES_PER_TRIANGLE};
+use crate::accel::{Accel, build_bytes_per_triangle};
 use crate::budget::Budget;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::CancelToken;
@@ -46,7 +46,8 @@ impl History {
             return Ok(Self { construction: None, of: TreeOfRecord::Same, levels: Vec::new() });
         }
         let triangles = &accel.scene.triangles;
-        let bytes = triangles.len() as u64 * (BUILD_BYTES_PER_TRIANGLE + RECORD_BYTES_PER_TRIANGLE);
+        let build = build_bytes_per_triangle(accel.settings.container);
+        let bytes = triangles.len() as u64 * (build + RECORD_BYTES_PER_TRIANGLE);
         let checked = Budget::of_process().check("the record of its merges", bytes);
         checked.map_err(|error| BuildError::Refused(error.to_string()))?;
         let construction = Construction::new(triangles, &accel.settings, token)?;

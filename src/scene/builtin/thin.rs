@@ -63,10 +63,12 @@ impl Curl {
 /// A tube of three sides around `curl`, thinner towards its end.
 fn tube(curl: &Curl, material: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
     let (mut points, mut normals) = (Vec::new(), Vec::new());
+    // Carried along without a twist: one that is taken from a fixed direction turns over where the strand runs along that.
+    let mut u = curl.root.any_orthonormal_vector();
     for segment in 0..=SEGMENTS {
         let part = segment as f32 / SEGMENTS as f32;
-        let along = (curl.at(part + 1e-2) - curl.at((part - 1e-2).max(0.0))).normalize_or(Vec3::Y);
-        let u = along.cross(curl.root).normalize_or(Vec3::X);
+        let along = (curl.at(part + 1e-2) - curl.at((part - 1e-2).max(0.0))).normalize_or(curl.root);
+        u = u.reject_from_normalized(along).normalize_or(along.any_orthonormal_vector());
         let v = along.cross(u);
         for side in 0..SIDES {
             let (sin, cos) = (TAU * side as f32 / SIDES as f32).sin_cos();

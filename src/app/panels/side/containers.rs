@@ -82,20 +82,23 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
                 let mut kinds = overlay.kinds(kind);
-                let [boxes, spheres, dops] = &mut kinds;
+                let [boxes, spheres, _] = &mut kinds;
                 let by_hand = check(ui, boxes, "Boxes", "Draw the boxes around nodes")
-                    | check(ui, spheres, "Spheres", "Draw the spheres around nodes")
-                    | check(ui, dops, "DOPs", "Draw the polytopes of 14 planes around nodes");
+                    | check(ui, spheres, "Spheres", "Draw the spheres around nodes");
                 if by_hand {
                     *overlay = overlay.with_kinds(kinds);
                 }
             });
             ui.horizontal(|ui| {
+                let mut kinds = overlay.kinds(kind);
+                if check(ui, &mut kinds[2], "DOPs", "Draw the polytopes of 14 planes around nodes") {
+                    *overlay = overlay.with_kinds(kinds);
+                }
                 let tip = "Draw what the tree is built of, also after that changes";
                 check(ui, &mut overlay.follows_tree, "As tree", tip);
-                let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
-                check(ui, &mut overlay.faces, "Faces", tip);
             });
+            let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
+            check(ui, &mut overlay.faces, "Faces", tip);
             let tip = "Fill what the children of the selected node have in common, seen through the surface: rays there must visit both. Of spheres the smallest one around it is drawn";
             check(ui, &mut overlay.overlap, "Overlap of children", tip);
         })

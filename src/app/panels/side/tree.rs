@@ -155,6 +155,8 @@ fn fit_a_row(options: &[Choice]) -> bool {
 fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice], get: Get, set: Set) {
     row(ui, setting.label, setting.tip, |ui| {
         ui.horizontal(|ui| {
+            // The names of three containers fit into the panel at its default width.
+            (ui.spacing_mut().item_spacing.x, ui.spacing_mut().icon_spacing) = (4.0, 2.0);
             for (index, option) in options.iter().enumerate() {
                 let refusal = refusal(state, |build| set(build, index));
                 let button = RadioButton::new(get(state.edited_build()) == Some(index), option.label);
