@@ -38,7 +38,7 @@ pub(super) fn hair(triangles: u32, assembly: &mut Assembly, token: &CancelToken)
     Ok(())
 }
 
-/// The course of a strand: away from the head, drawn down by its weight, around in a helix.
+/// The course of a strand: away from the head, drawn down by its weight, around in a helix that widens towards its end.
 struct Curl {
     root: Vec3,
     length: f32,
@@ -49,14 +49,16 @@ struct Curl {
 
 impl Curl {
     /// Number of turns of the helix.
-    const TURNS: f32 = 3.0;
+    const TURNS: f32 = 2.0;
 
     /// The point at a part of the length, 0 to 1.
     fn at(&self, part: f32) -> Vec3 {
         let (u, v) = self.root.any_orthonormal_pair();
         let (sin, cos) = (TAU * (self.phase + Self::TURNS * part)).sin_cos();
         let out = self.root * (1.0 + self.length * part * (1.0 - 0.5 * part));
-        out + Vec3::NEG_Y * (0.9 * self.length * part * part) + (u * cos + v * sin) * (self.radius * part.sqrt())
+        // Combed to the outside, so that a strand that rises on top of the head does not fall back into itself.
+        let combed = Vec3::new(self.root.x, 0.0, self.root.z).normalize_or(Vec3::X) * (0.6 * self.length * part);
+        out + combed + Vec3::NEG_Y * (0.9 * self.length * part * part) + (u * cos + v * sin) * (self.radius * part)
     }
 }
 
@@ -66,8 +68,9 @@ fn tube(curl: &Curl, material: u32, assembly: &mut Assembly, token: &CancelToken
     // Carried along without a twist: one that is taken from a fixed direction turns over where the strand runs along that.
     let mut u = curl.root.any_orthonormal_vector();
     for segment in 0..=SEGMENTS {
-        let part = segment as f32 / SEGMENTS as f32;
-        let along = (curl.at(part + 1e-2) - curl.at((part - 1e-2).max(0.0))).normalize_or(curl.root);
+        let [before, part, after] =
+            [segment.saturating_sub(1), segment, segment + 1].map(|segment| segment as f32 / SEGMENTS as f32);
+        let along = (curl.at(after) - curl.at(before)).normalize_or(curl.root);
         u = u.reject_from_normalized(along).normalize_or(along.any_orthonormal_vector());
         let v = along.cross(u);
         for side in 0..SIDES {
