@@ -1,5 +1,7 @@
 //! A small cube map: what a point sees of the triangles around it.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -12,8 +14,13 @@ const EDGE: usize = 24;
 pub(super) const CELLS: usize = 6 * EDGE * EDGE;
 /// Size over distance of a triangle that is drawn into the one cell of its centre: half a cell.
 const SMALL: f32 = 0.04;
-/// Triangles between two checks of the token.
+/// Triangles of a task, which has maps of its own.
 const CHUNK: usize = 1 << 14;
+/// Triangles between two checks of the token: each may cover all cells.
+const POLL_INTERVAL: usize = 1 << 10;
+
+/// Unit direction of each cell's centre.
+static DIRECTIONS: LazyLock<Vec<Vec3>> = LazyLock::new(|| (0..CELLS).map(direction).collect());
 
 /// The surface visible in the direction of a cell.
 #[derive(Debug, Clone, Copy)]
@@ -35,14 +42,13 @@ impl Cell {
 
 /// The cells of a map with their unit directions and their shares of all directions, not normalised.
 pub(super) fn cells(map: &[Cell]) -> impl Iterator<Item = (Vec3, f32, &Cell)> {
-    map.iter().enumerate().map(|(index, cell)| {
-        let (direction, weight) = direction(index);
-        (direction, weight, cell)
-    })
+    // The solid angle of a cell falls with the third power of its distance on the cube.
+    let weight = |direction: Vec3| direction.abs().max_element().powi(3);
+    map.iter().zip(&*DIRECTIONS).map(move |(cell, &direction)| (direction, weight(direction), cell))
 }
 
-/// Unit direction of a cell's centre, and the cell's share of all directions, not normalised.
-fn direction(cell: usize) -> (Vec3, f32) {
+/// Unit direction of a cell's centre.
+fn direction(cell: usize) -> Vec3 {
     let (face, y, x) = (cell / (EDGE * EDGE), cell / EDGE % EDGE, cell % EDGE);
     let along = |place: usize| (place as f32 + 0.5) / EDGE as f32 * 2.0 - 1.0;
     let (u, v) = (along(x), along(y));
@@ -51,8 +57,7 @@ fn direction(cell: usize) -> (Vec3, f32) {
     direction[axis] = if face < 3 { 1.0 } else { -1.0 };
     direction[(axis + 1) % 3] = u;
     direction[(axis + 2) % 3] = v;
-    let squared = 1.0 + u * u + v * v;
-    (direction / squared.sqrt(), squared.powf(-1.5))
+    direction / (1.0 + u * u + v * v).sqrt()
 }
 
 /// The cell that a direction passes through.
@@ -75,9 +80,9 @@ pub(super) fn around(
         .par_chunks(CHUNK)
         .try_fold(nothing, |mut maps, chunk| {
             for (point, map) in points.iter().zip(&mut maps) {
-                token.check()?;
-                for triangle in chunk {
-                    draw(triangle, *point, map);
+                for part in chunk.chunks(POLL_INTERVAL) {
+                    token.check()?;
+                    part.iter().for_each(|triangle| draw(triangle, *point, map));
                 }
             }
             Ok(maps)
@@ -92,8 +97,8 @@ pub(super) fn around(
 
 /// Keeps the nearer surface of each cell. Of two at the same distance the front counts, whichever comes first.
 fn merge(map: &mut [Cell], other: &[Cell]) {
-    for (index, (a, b)) in map.iter_mut().zip(other).enumerate() {
-        let is_front = |cell: &Cell| cell.is_front(direction(index).0);
+    for ((a, b), direction) in map.iter_mut().zip(other).zip(&*DIRECTIONS) {
+        let is_front = |cell: &Cell| cell.is_front(*direction);
         if b.distance < a.distance || b.distance == a.distance && is_front(b) && !is_front(a) {
             *a = *b;
         }
@@ -117,6 +122,9 @@ fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
         }
         return;
     }
+    let [a, b, c] = corners;
+    let edges = [a.cross(b), b.cross(c), c.cross(a)];
+    let directions = &**DIRECTIONS;
     for face in 0..6 {
         let (axis, sign) = (face % 3, if face < 3 { 1.0 } else { -1.0 });
         let depths = corners.map(|corner| corner[axis] * sign);
@@ -137,10 +145,10 @@ fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
         for y in top..bottom {
             for x in left..right {
                 let cell = (face * EDGE + y) * EDGE + x;
-                let (direction, _) = direction(cell);
+                let direction = directions[cell];
                 let toward = normal.dot(direction);
                 let distance = height / toward;
-                if distance > 0.0 && distance < map[cell].distance && covers(&corners, direction) {
+                if distance > 0.0 && distance < map[cell].distance && covers(&edges, direction) {
                     map[cell] = Cell { distance, normal: normal.normalize_or_zero() };
                 }
             }
@@ -148,10 +156,10 @@ fn draw(triangle: &Triangle, center: Vec3, map: &mut [Cell]) {
     }
 }
 
-/// True if the ray from the origin along `direction` passes the triangle on the same side of its three edges.
-fn covers(corners: &[Vec3; 3], direction: Vec3) -> bool {
-    let [a, b, c] = *corners;
-    let sides = [a.cross(b), b.cross(c), c.cross(a)].map(|edge| edge.dot(direction));
+/// True if the ray from the origin along `direction` passes the triangle on the same side of its three edges, each given as the normal
+/// of its plane through the origin.
+fn covers(edges: &[Vec3; 3], direction: Vec3) -> bool {
+    let sides = edges.map(|edge| edge.dot(direction));
     sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
 }
 
@@ -166,11 +174,12 @@ mod tests {
 
     #[test]
     fn the_cells_share_all_directions() {
-        let total: f32 = (0..CELLS).map(|cell| direction(cell).1).sum::<f32>() * (2.0 / EDGE as f32).powi(2);
+        let map = vec![Cell::NOTHING; CELLS];
+        let total: f32 = cells(&map).map(|(_, weight, _)| weight).sum::<f32>() * (2.0 / EDGE as f32).powi(2);
         assert!((total - 2.0 * TAU).abs() < 0.01, "the solid angle of the sphere is 4π, not {total}");
         for cell in 0..CELLS {
-            assert!((direction(cell).0.length() - 1.0).abs() < 1e-6);
-            assert_eq!(cell_of(direction(cell).0 * 7.0), cell);
+            assert!((direction(cell).length() - 1.0).abs() < 1e-6);
+            assert_eq!(cell_of(direction(cell) * 7.0), cell);
         }
     }
 

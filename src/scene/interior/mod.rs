@@ -38,7 +38,7 @@ const SPACIOUS: f32 = 0.05;
 const WAY: f32 = 0.25;
 /// Parts of the free way behind that are gone backwards, to look for a place without something hanging in the view.
 const STEPS_BACK: [f32; 3] = [0.75, 0.4, 0.0];
-/// Number of the most spacious points around which places are looked for.
+/// Number of the most spacious points around which places are looked for, looking either way.
 const WIDEST: usize = 3;
 /// Half the opening in radians of the middle third of the picture.
 const MIDDLE: f32 = 0.2;
@@ -67,6 +67,8 @@ struct Way {
     forward: Vec3,
     /// Distance to the nearest surface behind the point, in world units.
     behind: f32,
+    /// Distance to the nearest surface ahead of the point, in world units.
+    ahead: f32,
     /// Half of what is seen behind and ahead is farther apart than this, in world units.
     length: f32,
 }
@@ -100,44 +102,40 @@ pub(super) fn find(
         }
     }
     ways.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let near = bounds.extent().length() * NEAR;
-    let mut best = None;
+    let mut places = Vec::new();
     for (point, clearance, way) in ways.iter().take(WIDEST) {
-        let places = STEPS_BACK.map(|step| {
-            let eye = *point - way.forward * (way.behind * step);
-            let radius = clearance * FREE_AROUND;
-            let target = eye + way.forward * if step > 0.0 { radius.min(way.behind * step) } else { radius };
-            Interior { eye, target }
-        });
-        let (is_free, place) = clearest(&places, way.forward, near, triangles, token)?;
-        if is_free {
-            return Ok(Some(place));
+        let radius = clearance * FREE_AROUND;
+        for (forward, behind) in [(way.forward, way.behind), (-way.forward, way.ahead)] {
+            places.extend(STEPS_BACK.map(|step| {
+                let eye = *point - forward * (behind * step);
+                let target = eye + forward * if step > 0.0 { radius.min(behind * step) } else { radius };
+                Interior { eye, target }
+            }));
         }
-        best = best.or(Some(place));
     }
-    Ok(best)
+    clearest(&places, bounds.extent().length() * NEAR, triangles, token)
 }
 
-/// The place from which half of the middle of the picture is farther away than from the others, and `true` if nothing in it is
-/// nearer than `near`. Such places go before others.
+/// The place from which half of the middle of the picture is farther away than from the others. Those from which nothing in it is
+/// nearer than `near` go before others.
 fn clearest(
-    places: &[Interior; STEPS_BACK.len()],
-    forward: Vec3,
+    places: &[Interior],
     near: f32,
     triangles: &[Triangle],
     token: &CancelToken,
-) -> Result<(bool, Interior), Cancelled> {
-    let maps = around(&places.map(|place| place.eye), triangles, token)?;
-    let mut best = (false, 0.0, places[0]);
-    for (place, map) in places.iter().zip(&maps) {
-        let [nearest, median] = distances(map, forward, MIDDLE);
+) -> Result<Option<Interior>, Cancelled> {
+    let eyes: Vec<Vec3> = places.iter().map(|place| place.eye).collect();
+    let mut best = (false, 0.0, None);
+    for (place, map) in places.iter().zip(around(&eyes, triangles, token)?) {
+        let forward = (place.target - place.eye).normalize_or_zero();
+        let [nearest, median] = distances(&map, forward, MIDDLE);
         let is_free = nearest >= near;
         // By a little more, so that rounding does not choose.
-        if (is_free, median) > (best.0, best.1 * 1.001) {
-            best = (is_free, median, *place);
+        if best.2.is_none() || (is_free, median) > (best.0, best.1 * 1.001) {
+            best = (is_free, median, Some(*place));
         }
     }
-    Ok((best.0, best.2))
+    Ok(best.2)
 }
 
 /// Nearest and median distance in the cone around `along`; nothing is gone towards an opening, where the way ends nowhere.
@@ -187,7 +185,7 @@ fn is_room(map: &[Cell], up: Vec3) -> bool {
 fn longest_way(map: &[Cell], up: Vec3) -> Way {
     let right = up.any_orthonormal_vector();
     let front = right.cross(up);
-    let mut best = Way { forward: front, behind: 0.0, length: 0.0 };
+    let mut best = Way { forward: front, behind: 0.0, ahead: 0.0, length: 0.0 };
     let mut longest = 0.0;
     for step in 0..AZIMUTHS {
         let angle = step as f32 * TAU / AZIMUTHS as f32;
@@ -197,7 +195,7 @@ fn longest_way(map: &[Cell], up: Vec3) -> Way {
         // Along the way that is free as far as possible; by a little more, so that rounding does not choose.
         if behind + ahead > longest * 1.001 {
             longest = behind + ahead;
-            best = Way { forward, behind, length: median_behind + median_ahead };
+            best = Way { forward, behind, ahead, length: median_behind + median_ahead };
         }
     }
     best
@@ -243,8 +241,9 @@ mod tests {
         assert!(((interior.target - eye).length() - 1.5 * FREE_AROUND).abs() < 0.2, "{interior:?}");
         assert!((interior.target - eye).dot(center - eye) > 0.0);
         assert!((eye.y - center.y).abs() < 1e-4 && (eye.z - center.z).abs() < 0.5, "{eye}");
-        // Six units are free on either side of the centre.
-        assert!(((eye.x - center.x).abs() - 6.0 * STEPS_BACK[0]).abs() < 0.2, "{eye}");
+        // From the point beside the centre that lies farther back; six units are free on either side of the centre.
+        let beside = OFFSETS[2] * 12.0;
+        assert!(((eye.x - center.x).abs() - (beside + (6.0 - beside) * STEPS_BACK[0])).abs() < 0.2, "{eye}");
     }
 
     #[test]
