@@ -294,7 +294,7 @@ mod tests {
         assert_eq!(around(&[Vec3::ZERO, Vec3::X, Vec3::Y]).kind(), OrientedKind::Plain, "half of a square");
         assert_eq!(around(&turned(Vec3::new(1.0, 2.0, 3.0), glam::Quat::IDENTITY, 9)).kind(), OrientedKind::Plain);
         let line = [Vec3::ZERO, Vec3::new(1.0, 0.3, 0.7), Vec3::new(2.0, 0.6, 1.4)];
-        assert!(around(&line).half_area() < 1e-4, "a line askew has hardly a surface");
+        assert!(around(&line).half_area() < 1e-3, "a line askew has hardly a surface");
         for scale in [1e-30, 1e25] {
             assert_eq!(around(&line.map(|point| point * scale)).kind(), OrientedKind::Plain, "out of range");
         }

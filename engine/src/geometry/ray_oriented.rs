@@ -127,8 +127,7 @@ mod tests {
                 assert!(in_box.is_none() || is_early, "{triangle:?} {container:?} {from} {towards} → {found:?}");
             }
         }
-        assert!(kinds.iter().all(|count| *count > 20), "{kinds:?}");
-        assert_eq!(kinds.len(), OrientedKind::ALL.len());
+        assert!(kinds[OrientedKind::Fitted as usize].min(kinds[OrientedKind::Skewed as usize]) > 1_000, "{kinds:?}");
     }
 
     #[test]
@@ -150,6 +149,9 @@ mod tests {
         assert_eq!(entry(&container, ray(Vec3::ONE * 2.0, Vec3::new(1.0, 1.0, 0.0)), 0.0, 10.0), None, "parallel");
         assert!(entry(&container, ray(Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.0)), 0.0, 10.0).is_some());
         assert_eq!(entry(&OrientedBox::EMPTY, through, 0.0, 10.0), None, "empty");
+        // A flat plain box is exact: the origin must be moved off its plane for a ray in it.
+        let flat = OrientedBox::plain(Aabb { min: Vec3::new(1.0, -1.0, 0.0), max: Vec3::new(2.0, 1.0, 0.0) });
+        assert_eq!(entry(&flat, ray(Vec3::ZERO, Vec3::X), 0.0, 10.0), Some(1.0), "in the plane of a flat box");
         let far = ray(Vec3::splat(2e38), Vec3::NEG_ONE);
         assert_eq!(entry(&OrientedBox::EMPTY, far, 0.0, 10.0), None, "empty, from afar");
         assert_eq!(entry(&container, far, 0.5, 10.0), Some(0.5), "from afar every box is entered");

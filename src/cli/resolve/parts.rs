@@ -25,7 +25,7 @@ pub fn invalid_passes_of_file(given: &Given) -> Option<String> {
     let moving = passes.without(Pass::Orient);
     (moving != Passes::NONE).then(|| {
         format!(
-            "--optimize {moving}: the tree of a file keeps its nodes; of the passes only '{}' runs over it",
+            "--optimize {moving} with --tree: the tree of a file keeps its nodes; of the passes only '{}' runs over it",
             Pass::Orient.name()
         )
     })
