@@ -25,7 +25,8 @@ extern "C" {
 enum bvhscope_container {
     BVHSCOPE_BOX = 0, /* min x, y, z, max x, y, z */
     BVHSCOPE_SPHERE = 1, /* center x, y, z, radius */
-    BVHSCOPE_DOP = 2 /* min x, y, z, max x, y, z, then low and high of x+y+z, x+y-z, x-y+z, x-y-z: four low, four high */
+    BVHSCOPE_DOP = 2, /* min x, y, z, max x, y, z, then low and high of x+y+z, x+y-z, x-y+z, x-y-z: four low, four high */
+    BVHSCOPE_ORIENTED = 3 /* min x, y, z, max x, y, z, three normals x, y, z, then low and high along each: three low, three high */
 };
 
 /* A tree: counts, and pointers to arrays that stay yours. Begin with `bvhscope_tree tree = {0};` (in C++: `{}`), so that
@@ -36,7 +37,7 @@ typedef struct bvhscope_tree {
     uint32_t node_count;      /* leaves included; node 0 is the root */
     uint32_t index_count;     /* primitives in all leaves; more than triangles where these are split */
     uint32_t triangle_count;  /* triangles of the mesh */
-    const float *bounds;      /* node_count x 6 (boxes), x 4 (spheres) or x 14 (DOPs): of every node, in world space */
+    const float *bounds;      /* node_count x 6 (boxes), x 4 (spheres), x 14 (DOPs) or x 21 (oriented): of every node, in world space */
     const uint32_t *children; /* node_count x arity: the children of an interior node, BVHSCOPE_EMPTY for none */
     const uint32_t *leaves;   /* node_count x 2: first index and number of indices of a leaf, 0 and 0 of an interior node */
     const uint32_t *indices;  /* index_count: numbers of triangles, from 0 */
@@ -98,13 +99,14 @@ static inline uint64_t bvhscope_private_width(const bvhscope_tree *tree) {
         case BVHSCOPE_BOX: return 6;
         case BVHSCOPE_SPHERE: return 4;
         case BVHSCOPE_DOP: return 14;
+        case BVHSCOPE_ORIENTED: return 21;
     }
     return 0;
 }
 
 static inline const char *bvhscope_private_fault(const bvhscope_tree *tree) {
     if (sizeof(float) != 4) return "float has not 32 bits on this machine";
-    if (!bvhscope_private_width(tree)) return "container is neither box, sphere nor DOP";
+    if (!bvhscope_private_width(tree)) return "container is neither box, sphere, DOP nor oriented";
     if (tree->arity < 2 || tree->arity > 32) return "arity is not 2 to 32";
     if (tree->node_count > 0 && !(tree->bounds && tree->children && tree->leaves)) return "an array of the nodes is missing";
     if (tree->index_count > 0 && !tree->indices) return "the indices are missing";
@@ -119,7 +121,7 @@ static inline int bvhscope_private_all(FILE *file, const bvhscope_tree *tree) {
     const uint64_t children = nodes * tree->arity, leaves = nodes * 2, indices = tree->index_count;
     const uint64_t corners = tree->corners ? (uint64_t)tree->triangle_count * 9 : 0;
 
-    static const char *const names[] = {"box", "sphere", "dop"};
+    static const char *const names[] = {"box", "sphere", "dop", "oriented"};
     fprintf(file, "bvhscope tree 1\n{\"container\":\"%s\"", names[tree->container]);
     fprintf(file, ",\"arity\":%lu,\"nodes\":%lu", (unsigned long)tree->arity, (unsigned long)nodes);
     fprintf(file, ",\"indices\":%lu,\"triangles\":%lu", (unsigned long)indices, (unsigned long)tree->triangle_count);

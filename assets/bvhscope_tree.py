@@ -27,7 +27,7 @@ EMPTY = 0xFFFFFFFF
 _MAGIC = b"bvhscope tree 1\n"
 _LONGEST_HEADER = 1 << 20
 #: Numbers in a row of `bounds`, by container.
-_WIDTHS = {"box": 6, "sphere": 4, "dop": 14}
+_WIDTHS = {"box": 6, "sphere": 4, "dop": 14, "oriented": 21}
 #: Type codes of `array` with 32 bits.
 _CODES = {"f": "f", "u": "I" if array.array("I").itemsize == 4 else "L"}
 
@@ -51,13 +51,14 @@ def write(path, bounds, children, leaves, indices, *, triangles=None, corners=No
     """Writes a tree to the file `path`, which appears there once it is whole.
 
     bounds     of every node: min x, y, z, max x, y, z ("box"); center x, y, z, radius ("sphere"); or min x, y, z, max x, y, z, four
-               low and four high along the diagonals ("dop")
+               low and four high along the diagonals ("dop"); or min x, y, z, max x, y, z, three normals, three low and three high
+               along them ("oriented")
     children   of every node, `arity` numbers each; EMPTY or -1 is an empty slot; the row of a leaf is not read
     leaves     of every node: first index and number of indices; the number of an interior node is 0
     indices    the triangles in the leaves, from 0
     triangles  number of triangles of the mesh; not needed with `corners`
     corners    the triangles themselves, nine numbers each: the file is then model and tree in one
-    container  "box", "sphere" or "dop"
+    container  "box", "sphere", "dop" or "oriented"
     arity      most children of a node, 2 to 32; taken from the rows of `children` where these are rows
     builder    name of the builder
     settings   its settings, a text or a dictionary
@@ -68,7 +69,7 @@ def write(path, bounds, children, leaves, indices, *, triangles=None, corners=No
     them does not fit the others.
     """
     if container not in _WIDTHS:
-        raise ValueError("container is %r, neither 'box', 'sphere' nor 'dop'" % (container,))
+        raise ValueError("container is %r, neither 'box', 'sphere', 'dop' nor 'oriented'" % (container,))
     if arity is None:
         arity = _row_length(children)
     if not 2 <= arity <= 32:

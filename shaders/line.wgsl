@@ -25,6 +25,10 @@ struct Node {
     @location(8) value: f32,
     @location(9) low: vec4f,
     @location(10) high: vec4f,
+    @location(11) corner: vec3f,
+    @location(12) edge_0: vec3f,
+    @location(13) edge_1: vec3f,
+    @location(14) edge_2: vec3f,
 }
 
 struct LineVertex {

@@ -41,7 +41,9 @@ pub const EPO_SAMPLES: usize = 2_000;
 pub const fn build_bytes_per_triangle(container: ContainerKind) -> u64 {
     match container {
         ContainerKind::Aabb | ContainerKind::Sphere => 220,
+        // Nodes of oriented boxes have 92 bytes, and wide ones 704.
         ContainerKind::Dop14 => 340,
+        ContainerKind::Oriented => 560,
     }
 }
 
@@ -55,13 +57,18 @@ const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
 /// bytes per triangle were measured in all.
 const ANNEAL_BYTES_PER_TRIANGLE: u64 = 80;
 
+/// Additional peak of choosing oriented boxes: for each node its extreme corners in 56 bytes and the range of its triangles in 8, beside
+/// both trees.
+const ORIENT_BYTES_PER_TRIANGLE: u64 = 200;
+
 /// Peak memory per triangle of a build with `settings` and of what is derived from its tree.
 pub fn peak_bytes_per_triangle(settings: &BuildSettings) -> u64 {
     let passes = settings.passes();
     let of_pass = |is_wanted: bool, bytes: u64| if is_wanted { bytes } else { 0 };
-    build_bytes_per_triangle(settings.container)
+    build_bytes_per_triangle(settings.tree_container())
+        + of_pass(passes.contains(Pass::Orient), ORIENT_BYTES_PER_TRIANGLE)
         + of_pass(passes.contains(Pass::Split), SPLIT_BYTES_PER_TRIANGLE)
-        + of_pass(passes.without(Pass::Split) != Passes::NONE, OPTIMIZE_BYTES_PER_TRIANGLE)
+        + of_pass(passes.without(Pass::Split).without(Pass::Orient) != Passes::NONE, OPTIMIZE_BYTES_PER_TRIANGLE)
         + of_pass(passes.contains(Pass::Anneal), ANNEAL_BYTES_PER_TRIANGLE)
 }
 

@@ -25,7 +25,7 @@
 //!
 //! | module | what it does | what it must not know | start at |
 //! |---|---|---|---|
-//! | [`geometry`] | boxes, spheres, polytopes, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
+//! | [`geometry`] | boxes, spheres, polytopes, oriented boxes, triangles, rays and their intersection | trees | [`Triangle`], [`Ray`] |
 //! | [`task_log`] | what each piece of a computation took and waited for | what is computed | [`task_log::TaskLog`] |
 //! | [`cancel`] | cancellation and progress | what is cancelled | [`CancelToken`] |
 //! | [`kernel`] | SIMD levels, forks, parallel collect, prefetch, bit sets | trees, rays | [`SimdLevel`] |
@@ -35,7 +35,7 @@
 //! | `order` | Morton and Hilbert codes, radix sort, sorted primitives | clusters, trees | |
 //! | `aac` | approximate agglomerative clustering, by the figures of the paper | other builders | |
 //! | [`build_cache`] | what a build reuses of the one before | | [`build_cache::BuildCache`] |
-//! | `optimize` | passes over a finished tree: collapse, restructure, reinsert, anneal | which builder made it | |
+//! | `optimize` | passes over a finished tree: collapse, restructure, reinsert, anneal, orient | which builder made it | [`fn@orient`] |
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
@@ -91,6 +91,7 @@ pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Ray, Sphere, Triangle};
 pub use glam;
 pub use kernel::SimdLevel;
+pub use optimize::orient;
 pub use settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 pub use tree::statistics::TreeStats;
 pub use tree::traverse::{TestCounts, Traversal};

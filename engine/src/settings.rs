@@ -81,7 +81,8 @@ impl Curve {
     }
 }
 
-/// An optimization beside the builder's own work. Passes over the finished tree never raise its SAH cost.
+/// An optimization beside the builder's own work. Passes over the finished tree never raise its SAH cost, except that costs of
+/// oriented boxes do not compare with those of others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Pass {
@@ -97,11 +98,16 @@ pub enum Pass {
     /// Reinserts every subtree again and again, at first even where that costs a little more, and rebuilds every treelet, in
     /// [`BuildSettings::rounds`] rounds on one thread. Boxes only.
     Anneal,
+    /// Gives each node of the finished tree the smallest of its box, of one turned to fit (DiTO-14: Larsson and Källberg, 2011) and of
+    /// one skewed to the directions of the 14-DOP (SOBB: Káčerik and Bittner, 2025). Boxes only; the tree is one of
+    /// [`ContainerKind::Oriented`] then.
+    Orient,
 }
 
 impl Pass {
     /// Every pass, in the order in which they run.
-    pub const ALL: [Self; 5] = [Self::Split, Self::Collapse, Self::Restructure, Self::Reinsert, Self::Anneal];
+    pub const ALL: [Self; 6] =
+        [Self::Split, Self::Collapse, Self::Restructure, Self::Reinsert, Self::Anneal, Self::Orient];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -111,6 +117,7 @@ impl Pass {
             Self::Reinsert => "reinsert",
             Self::Anneal => "anneal",
             Self::Collapse => "collapse",
+            Self::Orient => "orient",
         }
     }
 
@@ -122,6 +129,7 @@ impl Pass {
             Self::Reinsert => "Reinsert",
             Self::Anneal => "Anneal",
             Self::Collapse => "Collapse",
+            Self::Orient => "Orient",
         }
     }
 
@@ -145,7 +153,7 @@ impl Passes {
     pub const NONE: Self = Self(0);
     /// Every pass over the finished tree but the slow one, annealing.
     pub const FINISHED: Self = Self::NONE.with(Pass::Collapse).with(Pass::Restructure).with(Pass::Reinsert);
-    /// Every pass.
+    /// Every pass that leaves plain boxes: all but [`Pass::Orient`].
     pub const ALL: Self = Self::FINISHED.with(Pass::Split).with(Pass::Anneal);
 
     /// This set with `pass`.
@@ -344,12 +352,31 @@ impl BuildSettings {
             BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
                 Some("the binned SAH builder makes no spheres: choose boxes or polytopes".to_owned())
             }
+            _ if self.container == ContainerKind::Oriented => {
+                Some(format!("no builder makes oriented boxes: choose boxes and the pass '{}'", Pass::Orient.name()))
+            }
             BuilderKind::Exact if primitive_count > Self::MAX_EXACT_PRIMITIVES => Some(format!(
                 "exact clustering takes quadratic time: it builds at most {} triangles, this scene has {primitive_count}",
                 Self::MAX_EXACT_PRIMITIVES
             )),
             _ => None,
         }
+    }
+
+    /// These settings for trees of `container`: oriented boxes are boxes with the pass that makes them.
+    #[must_use]
+    pub const fn for_container(self, container: ContainerKind) -> Self {
+        match container {
+            ContainerKind::Oriented => {
+                Self { container: ContainerKind::Aabb, optimize: self.optimize.with(Pass::Orient), ..self }
+            }
+            _ => Self { container, ..self },
+        }
+    }
+
+    /// Kind of the containers of the finished tree: those of the builder, or oriented boxes after the pass that makes them.
+    pub fn tree_container(&self) -> ContainerKind {
+        if self.passes().contains(Pass::Orient) { ContainerKind::Oriented } else { self.container }
     }
 
     /// The passes that run: those in `optimize` that support the container and the builder.

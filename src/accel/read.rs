@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::file_tree::FileTree;
 use super::{Accel, build_bytes_per_triangle};
@@ -11,10 +11,12 @@ use crate::budget::Budget;
 use crate::scene::{LoadError, Scene, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
 use bvhscope_engine::builders::StageTimes;
+use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree_file::serde_json::{Value, from_str, to_string};
 use bvhscope_engine::tree_file::{Fault, Header, TreeFile};
-use bvhscope_engine::{BuildReport, BuildSettings, CancelToken, Preset};
+use bvhscope_engine::{AnyTree, BuildReport, BuildSettings, CancelToken, Cancelled, Pass, Preset, orient};
 
 impl Accel {
     /// Reads the tree of `scene` that the file at `path` holds. Its wide tree is made on request. The settings are the default
@@ -35,7 +37,12 @@ impl Accel {
         let within =
             budget.check("the tree", primitives.saturating_mul(build_bytes_per_triangle(tree.container_kind())));
         within.map_err(|error| LoadError::over_budget(path, &error))?;
-        let settings = BuildSettings::preset(Preset::Fast, tree.container_kind());
+        let container = match tree.container_kind() {
+            // No builder makes them.
+            ContainerKind::Oriented => ContainerKind::Aabb,
+            other => other,
+        };
+        let settings = BuildSettings::preset(Preset::Fast, container);
         let build_time = header.build_ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
         let report = BuildReport {
             stages: StageTimes::default(),
@@ -47,6 +54,30 @@ impl Accel {
         };
         let mut accel = Self::new(scene, &settings, tree, report, NodeRecycler::default());
         accel.file = Some(FileTree { path: path.to_path_buf(), header, faults, empty_nodes, numbers });
+        Ok(accel)
+    }
+
+    /// This tree with oriented boxes: the one pass that a tree of a file can have, as it moves no node. One of other containers as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`Cancelled`].
+    pub fn oriented(mut self, token: &CancelToken) -> Result<Self, Cancelled> {
+        let start = Instant::now();
+        let tree = std::mem::replace(&mut self.tree, AnyTree::Aabb(Tree::EMPTY));
+        let tree = orient(tree, &self.scene.triangles, token)?;
+        let mut stages = self.report.stages.clone();
+        stages.stages.push((Pass::Orient.name(), start.elapsed()));
+        let report = BuildReport {
+            stages,
+            build_time: self.report.build_time + start.elapsed(),
+            stats: tree_stats(&tree, token)?,
+            tree_bytes: tree.bytes(),
+            ..self.report.clone()
+        };
+        let settings = BuildSettings { optimize: self.settings.optimize.with(Pass::Orient), ..self.settings };
+        let mut accel = Self::new(&self.scene, &settings, tree, report, NodeRecycler::default());
+        accel.file = self.file.take();
         Ok(accel)
     }
 

@@ -17,7 +17,7 @@ pub const TREE: [Field; 7] = [
     ("builder", "Name of the builder; of a tree from a file as the file states it"),
     ("tree", "The file that holds the tree, where it was read; its settings are then absent"),
     ("preset", "Name of the preset that the settings come from, if any"),
-    ("container", "box, sphere or dop"),
+    ("container", "box, sphere, dop or oriented"),
 ];
 
 /// Of `animate`, behind the settings.

@@ -143,9 +143,10 @@ fn simd(cli: &Cli) -> Option<SimdLevel> {
 
 /// The error message for an invalid combination of flags, if it is one.
 fn invalid_combination(cli: &Cli) -> Option<String> {
-    let one = |args: &BuildArgs| {
+    let one = |args: &BuildArgs, file: Option<&PathBuf>| {
         let given = &args.settings.0;
         resolve::invalid_passes(given, &[given.settings().container])
+            .or_else(|| file.and_then(|_| resolve::invalid_passes_of_file(given)))
     };
     let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
         resolve::invalid_passes(&args.shape.0, args.container.as_ref().map_or(default, |given| &given.0))
@@ -156,12 +157,12 @@ fn invalid_combination(cli: &Cli) -> Option<String> {
             .then(|| format!("--tree: a tree is that of one model, and {models} are named; measure them one by one"))
     };
     match &cli.command {
-        None => one(&cli.viewer.build),
-        Some(CommandArgs::Render(args)) => one(&args.build),
-        Some(CommandArgs::Info(args)) => one(&args.build),
-        Some(CommandArgs::Ray(args)) => one(&args.build),
-        Some(CommandArgs::Tree(args)) => one(&args.build),
-        Some(CommandArgs::Merges(args)) => one(&args.build),
+        None => one(&cli.viewer.build, cli.viewer.tree.tree.as_ref()),
+        Some(CommandArgs::Render(args)) => one(&args.build, args.tree.tree.as_ref()),
+        Some(CommandArgs::Info(args)) => one(&args.build, args.tree.tree.as_ref()),
+        Some(CommandArgs::Ray(args)) => one(&args.build, args.tree.tree.as_ref()),
+        Some(CommandArgs::Tree(args)) => one(&args.build, args.tree.tree.as_ref()),
+        Some(CommandArgs::Merges(args)) => one(&args.build, None),
         Some(CommandArgs::Bench(args)) => {
             of_one_model(&args.files, &args.measure).or_else(|| several(&args.tree, &ContainerKind::OF_PAPER))
         }

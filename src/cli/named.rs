@@ -107,7 +107,8 @@ pub fn tree_builder_help(before: &str, after: &str) -> String {
 pub struct Containers(pub Vec<ContainerKind>);
 
 /// The names for several containers at once: those of the paper, and every one.
-const SEVERAL: [(&str, &[ContainerKind]); 2] = [("both", &ContainerKind::OF_PAPER), ("all", &ContainerKind::ALL)];
+const SEVERAL: [(&str, &[ContainerKind]); 2] =
+    [("both", &ContainerKind::OF_PAPER), ("all", &ContainerKind::WITH_ORIENTED)];
 
 /// Parses the name of a container, `both` or `all`.
 pub fn containers(text: &str) -> Result<Containers, String> {
@@ -115,12 +116,13 @@ pub fn containers(text: &str) -> Result<Containers, String> {
         return Ok(Containers(kinds.to_vec()));
     }
     let expected = || format!("one of {} is expected", container_names().join(", "));
-    named(text).map(|kind| Containers(vec![kind])).map_err(|_| expected())
+    let kind = ContainerKind::WITH_ORIENTED.into_iter().find(|kind| kind.name() == text);
+    kind.map(|kind| Containers(vec![kind])).ok_or_else(expected)
 }
 
 /// The names that [`containers`] takes.
 fn container_names() -> Vec<&'static str> {
-    names(&ContainerKind::ALL).into_iter().chain(SEVERAL.map(|(name, _)| name)).collect()
+    names(&ContainerKind::WITH_ORIENTED).into_iter().chain(SEVERAL.map(|(name, _)| name)).collect()
 }
 
 /// A help text with the names that [`containers`] takes.
@@ -208,9 +210,9 @@ mod tests {
     #[test]
     fn an_unknown_name_is_answered_with_all_names() {
         assert_eq!(named::<ContainerKind>("cube").unwrap_err(), "one of box, sphere, dop is expected");
-        assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, dop, both, all is expected");
+        assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, dop, oriented, both, all is expected");
         assert_eq!(containers("both").unwrap().0, ContainerKind::OF_PAPER);
-        assert_eq!(containers("all").unwrap().0, ContainerKind::ALL);
+        assert_eq!(containers("all").unwrap().0, ContainerKind::WITH_ORIENTED);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
         let some = Populations::NONE.with(Population::Random).with(Population::Primary);
         assert_eq!(populations("random,primary"), Ok(some));

@@ -96,7 +96,7 @@ fn ray_name(command: &RayCommand) -> String {
 
 /// The model, the ray and how it is traced, in two lines.
 fn title(command: &RayCommand, accel: &Accel, record: &RayRecord) -> String {
-    let containers = accel.settings.container.plural();
+    let containers = accel.tree.container_kind().plural();
     let tree = match command.method {
         RayMethod::Binary(traversal) => {
             format!("{} traversal of the binary tree of {containers}", traversal.name())

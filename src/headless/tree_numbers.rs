@@ -77,7 +77,7 @@ impl TreeNumbers {
         Self {
             builder: accel.builder_name().into_owned(),
             preset: accel.file.is_none().then(|| PRESET.text(settings)).filter(|name| !name.is_empty()),
-            container: settings.container.name(),
+            container: accel.tree.container_kind().name(),
             settings: if accel.file.is_some() { Stated::default() } else { Stated::of(settings) },
             file: accel.file.as_ref().map(FileNumbers::from),
             threads: accel.report.threads,

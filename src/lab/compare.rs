@@ -8,12 +8,14 @@ use bvhscope_engine::tree::ContainerKind;
 
 /// Combinations of passes compared beside the preset Best, so that the effect of each pass shows. The optimising passes include
 /// collapse, so that trees are compared with the same kind of leaves.
-const PASSES: [Passes; 5] = [
+const PASSES: [Passes; 7] = [
     Passes::NONE.with(Pass::Split),
     Passes::NONE.with(Pass::Collapse),
     Passes::NONE.with(Pass::Collapse).with(Pass::Restructure),
     Passes::NONE.with(Pass::Collapse).with(Pass::Reinsert),
     Passes::FINISHED.with(Pass::Split),
+    Passes::NONE.with(Pass::Orient),
+    Passes::FINISHED.with(Pass::Orient),
 ];
 
 /// Setups of every builder that supports `primitive_count` primitives in each of `containers`: AAC by preset, by curve and, for
@@ -22,9 +24,10 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, slo
     let mut setups = Vec::new();
     for &container in containers {
         for preset in Preset::ALL.into_iter().filter(|preset| slow || !preset.is_slow()) {
-            setups.push(Setup { build: BuildSettings::preset(preset, container), preset: Some(preset), threads });
+            let build = BuildSettings::preset(preset, ContainerKind::Aabb).for_container(container);
+            setups.push(Setup { build, preset: Some(preset), threads });
         }
-        let base = BuildSettings::preset(Preset::Fast, container);
+        let base = BuildSettings::preset(Preset::Fast, ContainerKind::Aabb).for_container(container);
         setups.extend([Curve::Hilbert, Curve::Extended].map(|curve| Setup {
             build: BuildSettings { curve, ..base },
             preset: None,

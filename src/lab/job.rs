@@ -51,6 +51,17 @@ pub enum Job {
 }
 
 impl Job {
+    /// Whether trees of oriented boxes are measured, beside which those of files get them, too.
+    pub fn orients(&self) -> bool {
+        let makes_them = |setup: &Setup| setup.build.tree_container() == ContainerKind::Oriented;
+        match self {
+            Self::Bench { setups, .. } => setups.iter().any(makes_them),
+            Self::Sweep(plan) => plan.containers.contains(&ContainerKind::Oriented),
+            Self::Compare { containers, .. } => containers.contains(&ContainerKind::Oriented),
+            Self::Scaling { .. } | Self::Animate { .. } => false,
+        }
+    }
+
     /// The name of the command, which the rows carry.
     pub const fn command(&self) -> &'static str {
         match self {

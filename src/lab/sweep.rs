@@ -69,11 +69,7 @@ pub fn sweep(
     let setups: Vec<Setup> = plan
         .containers
         .iter()
-        .map(|&container| Setup {
-            build: BuildSettings { container, ..point.build },
-            preset: None,
-            threads: plan.threads,
-        })
+        .map(|&container| Setup { build: point.build.for_container(container), preset: None, threads: plan.threads })
         .collect();
     measure("sweep", subject, &setups, view, token, rows)
 }

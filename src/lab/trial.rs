@@ -71,7 +71,7 @@ impl Trial {
             builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
             preset: setup.preset.map(|preset| preset.name().to_owned()),
-            container: setup.build.container,
+            container: read.as_ref().map_or(setup.build.tree_container(), |accel| accel.tree.container_kind()),
             settings: if read.is_some() { Stated::default() } else { Stated::of(&setup.build) },
             motion: None,
             traversal: view.traversal.name().to_owned(),
@@ -106,7 +106,7 @@ impl Trial {
         let ready: Option<Vec<f64>> = ready.collect();
         TreeReading {
             triangles: subject.scene.triangles.len(),
-            container: contender.setup.build.container,
+            container: read.map_or(contender.setup.build.tree_container(), |accel| accel.tree.container_kind()),
             report,
             build,
             stages_ms: stage_medians(&self.builds),

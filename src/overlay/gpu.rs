@@ -66,11 +66,11 @@ pub(super) fn bind_group(
 /// Render pipelines of the drawables; the picture has two: one for pictures of the viewport's size, one for smaller ones.
 pub(super) struct Pipelines {
     pub(super) pictures: [wgpu::RenderPipeline; 2],
-    /// Lines of boxes, spheres and polytopes.
-    pub(super) lines: [wgpu::RenderPipeline; 3],
+    /// Lines of boxes, spheres, polytopes and oriented boxes.
+    pub(super) lines: [wgpu::RenderPipeline; 4],
     pub(super) dots: wgpu::RenderPipeline,
-    /// Faces of boxes, spheres and polytopes.
-    pub(super) faces: [wgpu::RenderPipeline; 3],
+    /// Faces of boxes, spheres, polytopes and oriented boxes.
+    pub(super) faces: [wgpu::RenderPipeline; 4],
 }
 
 impl Pipelines {
@@ -83,7 +83,8 @@ impl Pipelines {
         // The memory layout of `OverlayNode`, with the locations of `Node` in line.wgsl.
         let attributes = wgpu::vertex_attr_array![
             0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x4,
-            5 => Uint32, 6 => Uint32, 7 => Float32, 8 => Float32, 9 => Float32x4, 10 => Float32x4
+            5 => Uint32, 6 => Uint32, 7 => Float32, 8 => Float32, 9 => Float32x4, 10 => Float32x4,
+            11 => Float32x3, 12 => Float32x3, 13 => Float32x3, 14 => Float32x3
         ];
         let nodes = wgpu::VertexBufferLayout {
             array_stride: size_of::<OverlayNode>() as u64,
@@ -123,7 +124,8 @@ impl Pipelines {
                 cache: None,
             })
         };
-        let [picture, boxes, spheres, dops, dots, box_faces, sphere_faces, dop_faces] = shaders::sources();
+        let [picture, boxes, spheres, dops, oriented, dots, box_faces, sphere_faces, dop_faces, oriented_faces] =
+            shaders::sources();
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
         let picture_pipeline = |smooth| {
@@ -136,12 +138,21 @@ impl Pipelines {
                 pipeline("overlay boxes", &boxes, ["vs_box", "fs_line"], &[linear], over, nodes),
                 pipeline("overlay spheres", &spheres, ["vs_sphere", "fs_line"], &[linear], over, nodes),
                 pipeline("overlay polytopes", &dops, ["vs_dop", "fs_line"], &[linear], over, nodes),
+                pipeline("overlay oriented boxes", &oriented, ["vs_oriented", "fs_line"], &[linear], over, nodes),
             ],
             dots: pipeline("overlay dots", &dots, ["vs_dot", "fs_line"], &[linear], over, nodes),
             faces: [
                 pipeline("overlay box faces", &box_faces, ["vs_box_face", "fs_face"], &[linear], over, nodes),
                 pipeline("overlay sphere faces", &sphere_faces, ["vs_sphere_face", "fs_face"], &[linear], over, nodes),
                 pipeline("overlay polytope faces", &dop_faces, ["vs_dop_face", "fs_face"], &[linear], over, nodes),
+                pipeline(
+                    "overlay oriented faces",
+                    &oriented_faces,
+                    ["vs_oriented_face", "fs_face"],
+                    &[linear],
+                    over,
+                    nodes,
+                ),
             ],
         }
     }

@@ -1,6 +1,6 @@
 //! The instance data of a node.
 
-/// Instance data of one node, 96 bytes; the struct `Node` in `line.wgsl` has the same layout.
+/// Instance data of one node, 144 bytes; the struct `Node` in `line.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct OverlayNode {
@@ -23,12 +23,16 @@ pub struct OverlayNode {
     /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
     /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1 where only one
-    /// of two trees has the node, else 0.
+    /// of two trees has the node, else 0; the kind of an oriented box, 0 to 1.
     pub value: f32,
     /// The polytope's lower planes along [`Dop14::DIAGONALS`](bvhscope_engine::Dop14::DIAGONALS); its box is that above.
     pub low: [f32; 4],
     /// The upper planes.
     pub high: [f32; 4],
+    /// A corner of the oriented box in world space.
+    pub corner: [f32; 3],
+    /// The edges of the oriented box from that corner.
+    pub edges: [[f32; 3]; 3],
 }
 
 /// The reason why a node is drawn, which decides its colour and line width.

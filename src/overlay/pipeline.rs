@@ -37,10 +37,10 @@ pub struct OverlayPipeline {
     bind_group: wgpu::BindGroup,
     /// For pictures of the viewport's size, and for smaller ones.
     picture_pipelines: [wgpu::RenderPipeline; 2],
-    /// In the order of [`ContainerKind::ALL`], as all that is listed by kind.
-    line_pipelines: [wgpu::RenderPipeline; 3],
+    /// In the order of [`ContainerKind::WITH_ORIENTED`], as all that is listed by kind.
+    line_pipelines: [wgpu::RenderPipeline; 4],
     dot_pipeline: wgpu::RenderPipeline,
-    face_pipelines: [wgpu::RenderPipeline; 3],
+    face_pipelines: [wgpu::RenderPipeline; 4],
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
@@ -57,8 +57,8 @@ pub struct OverlayPipeline {
     overlap: Instances,
     overlap_kind: ContainerKind,
     /// For the shown and for the highlighted nodes the kinds of containers that are drawn.
-    shown_kinds: [bool; 3],
-    marked_kinds: [bool; 3],
+    shown_kinds: [bool; 4],
+    marked_kinds: [bool; 4],
     /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
@@ -116,8 +116,8 @@ impl OverlayPipeline {
             marked: Instances::default(),
             overlap: Instances::default(),
             overlap_kind: ContainerKind::Aabb,
-            shown_kinds: [false; 3],
-            marked_kinds: [false; 3],
+            shown_kinds: [false; 4],
+            marked_kinds: [false; 4],
             shown_circles: 4,
             circle_segments: 64,
             faces: false,
@@ -171,7 +171,7 @@ impl OverlayPipeline {
         for (instances, range, kinds, circles) in lists {
             let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
-            let pieces = [BOX_EDGES, circles * self.circle_segments, DOP_EDGES];
+            let pieces = [BOX_EDGES, circles * self.circle_segments, DOP_EDGES, BOX_EDGES];
             for ((drawn, pipeline), pieces) in kinds.into_iter().zip(&self.line_pipelines).zip(pieces) {
                 if drawn {
                     pass.set_pipeline(pipeline);
@@ -195,8 +195,8 @@ impl OverlayPipeline {
     }
 
     /// Pieces of the faces of each kind of container.
-    const fn face_pieces(&self) -> [u32; 3] {
-        [BOX_FACES, self.circle_segments, DOP_FACES]
+    const fn face_pieces(&self) -> [u32; 4] {
+        [BOX_FACES, self.circle_segments, DOP_FACES, BOX_FACES]
     }
 
     /// Fills what the children of the selected node have in common.
@@ -218,8 +218,8 @@ impl OverlayPipeline {
     ) {
         self.shown_kinds = input.settings.kinds(table.container_kind());
         self.faces = input.settings.faces;
-        let own = ContainerKind::ALL.map(|kind| kind == table.container_kind());
-        self.marked_kinds = if self.shown_kinds == [false; 3] { own } else { self.shown_kinds };
+        let own = ContainerKind::WITH_ORIENTED.map(|kind| kind == table.container_kind());
+        self.marked_kinds = if self.shown_kinds == [false; 4] { own } else { self.shown_kinds };
         // Settings that only the uniforms read must not trigger a new list of instances.
         let settings =
             OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, faces: false, overlap: false, ..input.settings }
@@ -236,8 +236,12 @@ impl OverlayPipeline {
         let selected = input.selection.selected.filter(|&node| input.settings.overlap && (node as usize) < table.len());
         let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
         self.overlap.upload(device, queue, &overlap);
-        self.overlap_kind = table.container_kind();
-        if self.shown_kinds == [false; 3] {
+        self.overlap_kind = match table.container_kind() {
+            // What they have in common is shown by the box around it.
+            ContainerKind::Oriented => ContainerKind::Aabb,
+            own => own,
+        };
+        if self.shown_kinds == [false; 4] {
             (self.shown.count, self.outlined, self.key) = (0, 0, None);
             return;
         }

@@ -66,7 +66,7 @@ pub(super) fn position(node: &OverlayNode, color_by: ColorBy, [low, high]: [f32;
     let value = match color_by {
         ColorBy::Depth => (node.depth as f32).sqrt(),
         ColorBy::Size => node.area_share.max(1e-12).log2(),
-        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival | ColorBy::Growth => node.value,
+        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival | ColorBy::Growth | ColorBy::Planes => node.value,
         ColorBy::Primitives => (node.primitives.max(1) as f32).log2(),
     };
     ((value - low) / (high - low)).clamp(0.0, 1.0)
@@ -119,6 +119,10 @@ pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> L
         ColorBy::Survival => {
             let stops = vec![(0.0, "in both trees".to_owned()), (1.0, "in this one only".to_owned())];
             Legend { title: "Nodes of both trees", stops, drawn: None }
+        }
+        ColorBy::Planes => {
+            let stops = vec![(0.0, "plain".to_owned()), (0.5, "fitted".to_owned()), (1.0, "skewed".to_owned())];
+            Legend { title: "Planes of the box", stops, drawn: None }
         }
         ColorBy::Primitives => {
             let powers = (0..10).map(|exponent| 10_u32.pow(exponent));

@@ -22,14 +22,25 @@ pub enum ColorBy {
     Survival = 5,
     /// Surface area now over that when the tree was built, logarithmic.
     Growth = 6,
+    /// Which planes an oriented box lies between.
+    Planes = 7,
 }
 
 impl ColorBy {
     /// All quantities, in the order of menus.
-    pub const ALL: [Self; 7] =
-        [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Survival, Self::Growth];
+    pub const ALL: [Self; 8] = [
+        Self::Depth,
+        Self::Size,
+        Self::Overlap,
+        Self::Primitives,
+        Self::Regret,
+        Self::Survival,
+        Self::Growth,
+        Self::Planes,
+    ];
     /// Those that need neither another tree nor another moment.
-    pub const OF_ONE_TREE: [Self; 5] = [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret];
+    pub const OF_ONE_TREE: [Self; 6] =
+        [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Planes];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
@@ -41,6 +52,7 @@ impl ColorBy {
             Self::Regret => "regret",
             Self::Survival => "survival",
             Self::Growth => "growth",
+            Self::Planes => "planes",
         }
     }
 
@@ -54,6 +66,7 @@ impl ColorBy {
             Self::Regret => "Regret",
             Self::Survival => "Survival",
             Self::Growth => "Growth",
+            Self::Planes => "Planes",
         }
     }
 }
@@ -73,16 +86,30 @@ pub enum OverlayKinds {
     BoxDop,
     /// Spheres and polytopes.
     SphereDop,
-    /// Every kind.
+    /// Boxes, spheres and polytopes.
     All,
+    /// Oriented boxes.
+    Oriented,
+    /// Plain boxes and oriented ones.
+    BoxOriented,
     /// None; highlighted nodes are still drawn.
     None,
 }
 
 impl OverlayKinds {
     /// All choices.
-    pub const ALL: [Self; 8] =
-        [Self::Box, Self::Sphere, Self::Dop, Self::Both, Self::BoxDop, Self::SphereDop, Self::All, Self::None];
+    pub const ALL: [Self; 10] = [
+        Self::Box,
+        Self::Sphere,
+        Self::Dop,
+        Self::Both,
+        Self::BoxDop,
+        Self::SphereDop,
+        Self::All,
+        Self::Oriented,
+        Self::BoxOriented,
+        Self::None,
+    ];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
@@ -94,16 +121,19 @@ impl OverlayKinds {
             Self::BoxDop => "box-dop",
             Self::SphereDop => "sphere-dop",
             Self::All => "all",
+            Self::Oriented => "oriented",
+            Self::BoxOriented => "box-oriented",
             Self::None => "none",
         }
     }
 
-    /// True for each of [`ContainerKind::ALL`] that is drawn.
-    pub const fn shown(self) -> [bool; 3] {
+    /// True for each of [`ContainerKind::WITH_ORIENTED`] that is drawn.
+    pub const fn shown(self) -> [bool; 4] {
         [
-            matches!(self, Self::Box | Self::Both | Self::BoxDop | Self::All),
+            matches!(self, Self::Box | Self::Both | Self::BoxDop | Self::All | Self::BoxOriented),
             matches!(self, Self::Sphere | Self::Both | Self::SphereDop | Self::All),
             matches!(self, Self::Dop | Self::BoxDop | Self::SphereDop | Self::All),
+            matches!(self, Self::Oriented | Self::BoxOriented),
         ]
     }
 }
@@ -113,7 +143,7 @@ impl OverlayKinds {
 #[serde(default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
-    /// Draws the kind of container that the tree is made of, whatever the next three say.
+    /// Draws the kind of container that the tree is made of, whatever the next four say.
     pub follows_tree: bool,
     /// Draws boxes.
     pub show_boxes: bool,
@@ -121,6 +151,8 @@ pub struct OverlaySettings {
     pub show_spheres: bool,
     /// Draws polytopes.
     pub show_dops: bool,
+    /// Draws oriented boxes; plain ones of a tree that has none.
+    pub show_oriented: bool,
     /// First and last depth drawn, root 0, as the user chose them; clamped to the tree only where it is drawn. `None` for the
     /// range that suits the tree, see [`NodeTable::automatic_depths`](super::NodeTable::automatic_depths).
     pub depth: Option<[u32; 2]>,
@@ -151,6 +183,7 @@ impl Default for OverlaySettings {
             show_boxes: true,
             show_spheres: false,
             show_dops: false,
+            show_oriented: false,
             depth: None,
             leaves_only: false,
             parents: false,
@@ -176,19 +209,19 @@ impl OverlaySettings {
         self.budget.unwrap_or(Self::BUDGET)
     }
 
-    /// For a tree of `kind`: true for each of [`ContainerKind::ALL`] that is drawn.
-    pub fn kinds(&self, kind: ContainerKind) -> [bool; 3] {
+    /// For a tree of `kind`: true for each of [`ContainerKind::WITH_ORIENTED`] that is drawn.
+    pub fn kinds(&self, kind: ContainerKind) -> [bool; 4] {
         if self.follows_tree {
-            ContainerKind::ALL.map(|own| own == kind)
+            ContainerKind::WITH_ORIENTED.map(|own| own == kind)
         } else {
-            [self.show_boxes, self.show_spheres, self.show_dops]
+            [self.show_boxes, self.show_spheres, self.show_dops, self.show_oriented]
         }
     }
 
-    /// These settings with the kinds that are drawn chosen by hand, in the order of [`ContainerKind::ALL`].
+    /// These settings with the kinds that are drawn chosen by hand, in the order of [`ContainerKind::WITH_ORIENTED`].
     #[must_use]
-    pub const fn with_kinds(self, [show_boxes, show_spheres, show_dops]: [bool; 3]) -> Self {
-        Self { follows_tree: false, show_boxes, show_spheres, show_dops, ..self }
+    pub const fn with_kinds(self, [show_boxes, show_spheres, show_dops, show_oriented]: [bool; 4]) -> Self {
+        Self { follows_tree: false, show_boxes, show_spheres, show_dops, show_oriented, ..self }
     }
 
     /// These settings with the kinds that are drawn of a tree of `kind` spelt out.
@@ -215,16 +248,16 @@ mod tests {
     #[test]
     fn the_kind_follows_the_tree_until_it_is_chosen() {
         let mut settings = OverlaySettings::default();
-        let each = [[true, false, false], [false, true, false], [false, false, true]];
-        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), each);
+        let each = [0, 1, 2, 3].map(|own| [0, 1, 2, 3].map(|kind| kind == own));
+        assert_eq!(ContainerKind::WITH_ORIENTED.map(|kind| settings.kinds(kind)), each);
         settings.follows_tree = false;
-        assert_eq!(ContainerKind::ALL.map(|kind| settings.kinds(kind)), [each[0]; 3]);
+        assert_eq!(ContainerKind::WITH_ORIENTED.map(|kind| settings.kinds(kind)), [each[0]; 4]);
     }
 
     #[test]
     fn every_choice_of_kinds_has_a_name() {
         for choice in 0..8 {
-            let kinds = [0, 1, 2].map(|bit| choice >> bit & 1 == 1);
+            let kinds = [0, 1, 2, 3].map(|bit| choice >> bit & 1 == 1);
             assert_eq!(OverlayKinds::ALL.iter().filter(|named| named.shown() == kinds).count(), 1, "{kinds:?}");
         }
     }

@@ -20,20 +20,24 @@ const SPHERE_FACE: &str = include_str!("../../shaders/sphere_face.wgsl");
 const DOP: &str = include_str!("../../shaders/dop.wgsl");
 const DOP_LINE: &str = include_str!("../../shaders/dop_line.wgsl");
 const DOP_FACE: &str = include_str!("../../shaders/dop_face.wgsl");
+const ORIENTED: &str = include_str!("../../shaders/oriented.wgsl");
+const ORIENTED_FACE: &str = include_str!("../../shaders/oriented_face.wgsl");
 const DOT: &str = include_str!("../../shaders/dot.wgsl");
 
-/// The complete WGSL of picture, boxes, spheres, polytopes, dots, and the faces of boxes, spheres and polytopes.
-pub fn sources() -> [String; 8] {
+/// The complete WGSL of picture, boxes, spheres, polytopes, oriented boxes, dots, and the faces of all four.
+pub fn sources() -> [String; 10] {
     let constants = constants();
     let files = [
         &[PICTURE][..],
         &[LINE, BOX],
         &[LINE, CIRCLE, SPHERE],
         &[LINE, DOP, DOP_LINE],
+        &[LINE, ORIENTED],
         &[LINE, DOT],
         &[LINE, FACE, BOX_FACE],
         &[LINE, CIRCLE, FACE, SPHERE_FACE],
         &[LINE, DOP, FACE, DOP_FACE],
+        &[LINE, FACE, ORIENTED_FACE],
     ];
     files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }

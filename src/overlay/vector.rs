@@ -13,7 +13,7 @@ use super::settings::{ColorBy, OverlaySettings};
 use super::viewpoint::Viewpoint;
 use crate::camera::{CameraFrame, Projection};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Dop14};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox};
 use bvhscope_engine::tree::ContainerKind;
 
 /// Segments of a circle.
@@ -89,14 +89,14 @@ pub fn vector_lines(input: &VectorInput<'_>, token: &CancelToken) -> Result<Vec<
 }
 
 /// Highlighted nodes are drawn as the containers of the tree.
-fn own_kind(input: &VectorInput<'_>) -> [bool; 3] {
-    ContainerKind::ALL.map(|kind| kind == input.table.container_kind())
+fn own_kind(input: &VectorInput<'_>) -> [bool; 4] {
+    ContainerKind::WITH_ORIENTED.map(|kind| kind == input.table.container_kind())
 }
 
 /// The outline of a node as each of the kinds that are drawn: polylines in world space.
 fn outlines(
     node: &OverlayNode,
-    [boxes, spheres, dops]: [bool; 3],
+    [boxes, spheres, dops, oriented]: [bool; 4],
     projector: &Projector<'_>,
 ) -> Vec<(ContainerKind, Vec<Vec<Vec3>>)> {
     let mut outlines = Vec::new();
@@ -110,6 +110,14 @@ fn outlines(
     if dops {
         let dop = Dop14 { bounds: bounds(node), low: node.low, high: node.high };
         outlines.push((ContainerKind::Dop14, dop.edges().into_iter().map(Vec::from).collect()));
+    }
+    if oriented {
+        let corner = |at: usize| {
+            let along = node.edges.iter().enumerate().filter(|(edge, _)| at >> edge & 1 == 1);
+            along.fold(Vec3::from(node.corner), |corner, (_, edge)| corner + Vec3::from(*edge))
+        };
+        let edges = OrientedBox::EDGES.map(|ends| ends.map(corner).to_vec());
+        outlines.push((ContainerKind::Oriented, edges.into()));
     }
     outlines
 }
@@ -146,6 +154,10 @@ fn stroke(
     let (center, radius) = match kind {
         ContainerKind::Aabb | ContainerKind::Dop14 => (bounds(node).center(), bounds(node).extent().length() * 0.5),
         ContainerKind::Sphere => (node.sphere_center.into(), node.sphere_radius),
+        ContainerKind::Oriented => {
+            let diagonal: Vec3 = node.edges.iter().map(|edge| Vec3::from(*edge)).sum();
+            (Vec3::from(node.corner) + diagonal * 0.5, diagonal.length() * 0.5)
+        }
     };
     let size = projector.size_px(center, radius) / FULL_SIZE_PX;
     let thin = 0.6 + 0.4 * size.min(1.0);

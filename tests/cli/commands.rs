@@ -41,7 +41,7 @@ fn every_command_has_help_with_examples_and_the_program_a_version() {
 
 #[test]
 fn wrong_flags_name_flag_value_and_range() {
-    let cases: [(&[&str], &[&str]); 56] = [
+    let cases: [(&[&str], &[&str]); 59] = [
         (&["rendr"], &["'rendr'", "neither a command nor a file", "'render'", "--help"]),
         (&["swep", "builtin:teapot", "--csv", "x.csv"], &["'swep'", "'sweep'"]),
         (&["bench", "--treshold", "3"], &["--treshold", "--threshold"]),
@@ -59,14 +59,20 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--traversal", "random"], &["--traversal", "random", "ordered, paper"]),
         (&["bench", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
         (&["render", "-o", "x.png", "--simd", "mmx"], &["--simd", "mmx", "one of"]),
-        (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, dop, both, all"]),
+        (&["bench", "--container", "cone"], &["--container", "cone", "box, sphere, dop, oriented, both, all"]),
         (&["bench", "--builder", "none"], &["--builder", "none", "aac"]),
         (&["bench", "--preset", "worst"], &["--preset", "worst", "aac-hq", "best"]),
         (&["bench", "--optimize", "collapse,melt"], &["--optimize", "melt", "split, collapse, restructure, reinsert"]),
         (&["bench", "--optimize", "all"], &["'split'", "boxes only", "--container box"]),
         (&["info", "--container", "sphere", "--optimize", "reinsert"], &["'reinsert'", "boxes only"]),
         (&["info", "--container", "dop", "--optimize", "split"], &["'split'", "boxes only", "for polytopes"]),
-        (&["bench", "--container", "dops"], &["--container", "box, sphere, dop, both, all"]),
+        (&["info", "--container", "sphere", "--optimize", "orient"], &["'orient'", "boxes only", "for spheres"]),
+        (&["info", "--container", "oriented"], &["--container", "box, sphere, dop"]),
+        (
+            &["info", "--tree", "a.bvh", "--optimize", "reinsert,orient"],
+            &["--optimize reinsert", "keeps its nodes", "'orient'"],
+        ),
+        (&["bench", "--container", "dops"], &["--container", "box, sphere, dop, oriented, both, all"]),
         (&["--strict"], &["--strict"]),
         (&["--container", "sphere", "--optimize", "reinsert,collapse"], &["'reinsert'", "boxes only"]),
         (&["bench", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
@@ -84,7 +90,7 @@ fn wrong_flags_name_flag_value_and_range() {
         (&["bench", "--up", "0,0,0"], &["--up", "points nowhere"]),
         (&["bench", "--fov", "180"], &["--fov", "1 to 170"]),
         (&["sweep", "--no-bvh"], &["--no-bvh"]),
-        (&["sweep", "--container", "cone"], &["--container", "box, sphere, dop, both, all"]),
+        (&["sweep", "--container", "cone"], &["--container", "box, sphere, dop, oriented, both, all"]),
         (&["scaling", "--threads", "0"], &["--threads", "1 to 1024"]),
         (&["scaling", "--builder", "binned-sah", "--container", "both"], &["binned SAH", "box"]),
         (&["compare", "--threshold", "3"], &["--threshold"]),
@@ -457,7 +463,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
         ("bench", &["--no-bvh"], 3),
         ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
         ("scaling", &["--threads", "2", "--container", "both"], 4),
-        ("compare", &["--container", "both"], 24),
+        ("compare", &["--container", "both"], 26),
     ];
     for (command, extra, count) in cases {
         let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();

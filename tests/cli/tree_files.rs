@@ -99,6 +99,32 @@ fn pictures_through_a_written_tree_are_the_same() {
 }
 
 #[test]
+fn a_tree_of_a_file_gets_oriented_boxes() {
+    let folder = folder();
+    let at = folder.path();
+    let rows = |line: &str| -> Vec<Value> {
+        output(at, line).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let [_, plain, oriented] =
+        &rows(&format!("bench {MODEL} --container oriented --tree mine.bvh --size 32x24 --repeat 1 --json"))[..]
+    else {
+        panic!("the file's tree twice")
+    };
+    assert_eq!([plain, oriented].map(|row| row["container"].as_str()), [Some("box"), Some("oriented")]);
+    assert_eq!((&plain["hits"], &plain["nodes"]), (&oriented["hits"], &oriented["nodes"]));
+    let tests = |row: &Value| row["tests_per_ray"].as_f64().unwrap();
+    assert!(tests(oriented) < tests(plain), "{oriented}");
+    // Written and read again, it is the same tree.
+    output(at, &format!("tree {MODEL} --tree mine.bvh --optimize orient -o turned.bvh"));
+    assert_eq!(parts(&at.join("turned.bvh")).0["container"], "oriented");
+    let [by_pass, by_file] = ["mine.bvh --optimize orient", "turned.bvh"]
+        .map(|tree| json(at, &format!("info {MODEL} --tree {tree} --json")));
+    for name in ["container", "sah_cost", "nodes"] {
+        assert_eq!(by_pass[name], by_file[name], "{name}");
+    }
+}
+
+#[test]
 fn measuring_commands_take_trees_of_files() {
     let folder = folder();
     let at = folder.path();

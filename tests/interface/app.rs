@@ -175,12 +175,12 @@ fn the_drawn_containers_follow_the_tree_until_chosen() {
     let mut harness = app();
     Action::Container(ContainerKind::Sphere).perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    assert_eq!(harness.state().state.drawn_kinds(), [false, true, false]);
+    assert_eq!(harness.state().state.drawn_kinds(), [false, true, false, false]);
     harness.get_by_label("Boxes").click();
     harness.run_steps(2);
     Action::Container(ContainerKind::Aabb).perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    assert_eq!(harness.state().state.drawn_kinds(), [true, true, false], "as chosen by hand");
+    assert_eq!(harness.state().state.drawn_kinds(), [true, true, false, false], "as chosen by hand");
 }
 
 #[test]

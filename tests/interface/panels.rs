@@ -124,7 +124,7 @@ fn passes_are_toggled_and_disabled_for_spheres() {
     h.run_steps(3);
     assert_eq!(h.state().wanted.build.optimize, Passes::ALL);
     assert!(h.query_by_role_and_label(Role::Slider, "Rounds").is_some());
-    for pass in Pass::ALL {
+    for pass in Passes::ALL.iter() {
         h.get_by_role_and_label(Role::CheckBox, pass.label()).click();
         h.run_steps(3);
         assert_eq!(h.state().wanted.build.optimize, Passes::ALL.without(pass));

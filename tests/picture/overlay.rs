@@ -253,6 +253,7 @@ fn the_automatic_range_shows_up_to_two_hundred_nodes() {
             ContainerKind::Aabb => 100..=200,
             ContainerKind::Sphere => 20..=60,
             ContainerKind::Dop14 => 40..=100,
+            ContainerKind::Oriented => unreachable!("no builder makes them"),
         };
         assert!(fitting.contains(&count(&table)), "{container:?}: {} containers", count(&table));
         let leaves = drawn(&table, true);

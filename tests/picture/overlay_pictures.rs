@@ -9,7 +9,7 @@ use bvhscope::overlay::{
     legend,
 };
 use bvhscope::section::SectionPlane;
-use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, OrientedKind, Sphere, Triangle};
 use glam::Vec3;
 
 const FAR: f32 = 1e30;
@@ -286,6 +286,56 @@ fn the_edges_of_a_polytope_are_drawn_where_they_are() {
             let point = glam::Vec2::new(x, y) / scale;
             assert!(distance(point) < 2.5, "a line at {point} where no edge is");
         }
+    }
+}
+
+/// Every edge is that of the box, and the faces lie between them.
+#[test]
+fn an_oriented_box_is_drawn_where_it_is() {
+    let rod = Triangle { a: Vec3::new(-1.0, -0.9, -0.4), b: Vec3::new(1.0, 0.7, 0.5), c: Vec3::new(0.9, 0.9, 0.3) };
+    let flake = Triangle { a: Vec3::new(-1.0, 0.2, 0.1), b: Vec3::new(0.1, 0.9, -0.8), c: Vec3::new(0.6, -1.0, 0.7) };
+    let picture = Flat::new([400, 400], [0, 0, 0, 255], FAR);
+    let camera = camera(6.0, Projection::Orthographic);
+    // Pixels for each unit of length.
+    let scale = 200.0 / (6.0 * 0.4_f32.tan());
+    for triangle in [rod, flake] {
+        let table = table::<OrientedBox>(vec![triangle]);
+        assert_eq!(table.node_kind(0), Some(OrientedKind::Fitted));
+        let at = table.node_oriented(0).corners().map(|corner| corner.as_vec3().truncate() * scale);
+        let draw = |faces: bool| {
+            let settings = OverlaySettings { line_width: 1.5, faces, ..settings(0, 0) };
+            let drawn = draw(&picture, camera, Some(&table), settings, &Selection::default());
+            move |x: f32, y: f32| {
+                drawn[y as usize * 400 + x as usize][..3].iter().map(|&channel| u32::from(channel)).sum::<u32>()
+            }
+        };
+        let (lines, filled) = (draw(false), draw(true));
+        let pixel = |point: glam::Vec2| [200.0 + point.x, 200.0 - point.y];
+        for [a, b] in OrientedBox::EDGES.map(|edge| edge.map(|corner| at[corner])) {
+            for step in 0..=20 {
+                let [x, y] = pixel(a.lerp(b, step as f32 / 20.0));
+                let is_lit = (-1..=1).any(|dx| (-1..=1).any(|dy| lines(x + dx as f32, y + dy as f32) > 60));
+                assert!(is_lit, "a gap at {x}, {y} of {a} to {b}");
+            }
+        }
+        let distance = |point: glam::Vec2| {
+            let to_edge = |[a, b]: [glam::Vec2; 2]| {
+                let along = (point - a).dot(b - a) / (b - a).length_squared().max(1e-12);
+                point.distance(a.lerp(b, along.clamp(0.0, 1.0)))
+            };
+            OrientedBox::EDGES
+                .map(|edge| to_edge(edge.map(|corner| at[corner])))
+                .into_iter()
+                .fold(f32::INFINITY, f32::min)
+        };
+        let mut inside = 0;
+        for index in 0..160_000 {
+            let (x, y) = ((index % 400) as f32, (index / 400) as f32);
+            let point = glam::Vec2::new(x + 0.5 - 200.0, 200.0 - y - 0.5);
+            assert!(distance(point) < 2.5 || lines(x, y) < 60, "a line at {point} where no edge is");
+            inside += u32::from(distance(point) > 2.5 && filled(x, y) > 0);
+        }
+        assert!(inside > 1_000, "the faces are filled: {inside} pixels");
     }
 }
 

@@ -44,7 +44,7 @@ where
 {
     let tree = halving_tree::<C>(&triangles).into();
     let scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
-    let settings = BuildSettings { container: C::KIND, ..BuildSettings::default() };
+    let settings = BuildSettings::default().for_container(C::KIND);
     let mut accel = Accel::build(&Arc::new(scene), &settings, &CancelToken::new()).unwrap();
     // Replaces the builder's tree by one of known shape.
     accel.tree = tree;

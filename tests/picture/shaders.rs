@@ -61,7 +61,7 @@ fn view_uniforms_have_the_layout_of_rust() {
 
 #[test]
 fn nodes_have_the_layout_of_rust() {
-    assert_eq!(size_of::<OverlayNode>(), 96);
+    assert_eq!(size_of::<OverlayNode>(), 144);
     let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, _) = members(&module, "Node");
     // Vertex attributes lie one after the other without gaps, in the order of their locations.
@@ -91,6 +91,10 @@ fn nodes_have_the_layout_of_rust() {
             offset_of!(OverlayNode, value),
             offset_of!(OverlayNode, low),
             offset_of!(OverlayNode, high),
+            offset_of!(OverlayNode, corner),
+            offset_of!(OverlayNode, edges),
+            offset_of!(OverlayNode, edges) + 12,
+            offset_of!(OverlayNode, edges) + 24,
         ]
     );
     let kinds = members.iter().map(|member| module.types[member.ty].inner.scalar_kind().unwrap());

@@ -21,7 +21,7 @@ use crate::builders::depth_limit::limit_depth;
 use crate::builders::prepared::{MAX_PRIMITIVES, PreparedInput};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
-use crate::optimize::{ANNEALING_PARTS, optimize};
+use crate::optimize::{ANNEALING_PARTS, optimize, orient};
 use crate::order::input_bounds;
 use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
@@ -57,11 +57,18 @@ pub fn build_binary_with_cache(
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
     check_size(triangles.len(), settings)?;
-    match settings.container {
+    let (mut tree, mut times) = match settings.container {
         ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token),
         ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token),
         ContainerKind::Dop14 => build_container::<Dop14>(triangles, settings, cache, token),
+        ContainerKind::Oriented => unreachable!("refused above"),
+    }?;
+    if settings.passes().contains(Pass::Orient) {
+        let start = Instant::now();
+        tree = orient(tree, triangles, token)?;
+        times.stages.push((Pass::Orient.name(), start.elapsed()));
     }
+    Ok((tree, times))
 }
 
 /// Refuses settings that cannot build a tree over `count` triangles.

@@ -9,8 +9,7 @@ use crate::builders::exact::agglomerate;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::mix::mix64;
 use crate::tree::statistics::{normalized_cost, stats_of};
-use crate::tree::{AnyTree, Tree};
-use crate::with_tree;
+use crate::tree::{AnyTree, Tree, with_built_tree};
 
 use super::timeline::merges_by_distance;
 
@@ -55,12 +54,12 @@ impl ExactComparison {
 }
 
 /// Clusters the leaves below the node `root` of `tree` exactly and compares both. Leaves stay whole, whatever number of primitives they
-/// have. Refused above [`MAX_EXACT_LEAVES`] leaves and where there is no such node.
+/// have; of oriented boxes the plain ones are compared. Refused above [`MAX_EXACT_LEAVES`] leaves and where there is no such node.
 pub fn compare_with_exact(tree: &AnyTree, root: u32, token: &CancelToken) -> Result<ExactComparison, BuildError> {
     if root as usize >= tree.node_count() {
         return Err(BuildError::Refused(format!("the tree has no node {root}")));
     }
-    with_tree!(tree, tree => compare(tree, root, token))
+    with_built_tree!(tree, tree => compare(tree, root, token), tree => compare(&tree.to_plain(token)?, root, token))
 }
 
 /// [`compare_with_exact`] of a tree of one kind.

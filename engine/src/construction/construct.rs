@@ -41,6 +41,7 @@ impl Construction {
             ContainerKind::Aabb => Ok(construct::<Aabb>(triangles, settings, token)?),
             ContainerKind::Sphere => Ok(construct::<Sphere>(triangles, settings, token)?),
             ContainerKind::Dop14 => Ok(construct::<Dop14>(triangles, settings, token)?),
+            ContainerKind::Oriented => unreachable!("refused above"),
         }
     }
 

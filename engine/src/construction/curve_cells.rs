@@ -104,6 +104,7 @@ pub fn curve_order(
     match settings.container {
         // Polytopes follow the curve by their boxes.
         ContainerKind::Aabb | ContainerKind::Dop14 => Ok(order_of::<Aabb>(triangles, settings, limits, token)?),
+        ContainerKind::Oriented => unreachable!("refused above"),
         ContainerKind::Sphere => Ok(order_of::<Sphere>(triangles, settings, limits, token)?),
     }
 }

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, SimdBase, dispatch, f32x16};
 use crate::aac::{Cluster, ClusterContainer, ClusterStack, splat_fields};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::SimdLevel;
-use crate::tree::{ContainerKind, Node, Tree};
+use crate::tree::{ContainerKind, Node, Tree, with_built_tree};
 use crate::with_tree;
 
 use super::construct::Construction;
@@ -89,7 +89,7 @@ impl MergeChoice {
 /// boxes and polytopes, the radius for spheres.
 pub fn merge_area(kind: ContainerKind, distance: f32) -> f32 {
     match kind {
-        ContainerKind::Aabb | ContainerKind::Dop14 => 2.0 * distance,
+        ContainerKind::Aabb | ContainerKind::Dop14 | ContainerKind::Oriented => 2.0 * distance,
         ContainerKind::Sphere => 4.0 * std::f32::consts::PI * distance * distance,
     }
 }
@@ -99,7 +99,7 @@ impl Construction {
     /// clustered, which differ from the given ones only where those are above 1e15 or below 1e-10. Takes time quadratic in the
     /// length of the list.
     pub fn choice(&self, merge: u32, token: &CancelToken) -> Result<Option<MergeChoice>, Cancelled> {
-        with_tree!(self.clustered(), tree => choice(tree, &self.record, merge, token))
+        with_built_tree!(self.clustered(), tree => choice(tree, &self.record, merge, token), _tree => Ok(None))
     }
 
     /// The clusters of the list that `merge` chose from, in no particular order; none where there is no such merge.

@@ -19,8 +19,7 @@ use crate::geometry::Triangle;
 use crate::kernel::par_collect::{par_collect, zeros};
 use crate::tree::node_metrics::own_cost;
 use crate::tree::statistics::INTERSECTION_COST;
-use crate::tree::{AnyTree, Node, Tree};
-use crate::with_tree;
+use crate::tree::{AnyTree, Node, Tree, with_built_tree};
 
 /// Most triangles of a subtree that is clustered exactly, which takes quadratic time.
 pub const EXACT_TRIANGLES: usize = 500;
@@ -82,14 +81,17 @@ fn known(values: &[f32], node: u32) -> Option<f32> {
 }
 
 /// The regrets of a binary `tree` of `triangles`, in the calling thread's rayon pool; none of any other tree, whose cost cannot be
-/// compared with a binary one. Rebuilt leaves have as many triangles as the tree's largest at most, where that is cheaper.
+/// compared with a binary one. Rebuilt leaves have as many triangles as the tree's largest at most, where that is cheaper. A tree
+/// of oriented boxes is judged by its plain ones.
 pub fn regrets(
     tree: &AnyTree,
     triangles: &[Triangle],
     limits: RegretLimits,
     token: &CancelToken,
 ) -> Result<Regrets, Cancelled> {
-    with_tree!(tree, tree => regrets_of(tree, triangles, limits, token))
+    with_built_tree!(tree, tree => regrets_of(tree, triangles, limits, token), tree => {
+        regrets_of(&tree.to_plain(token)?, triangles, limits, token)
+    })
 }
 
 fn regrets_of<C: ClusterContainer>(

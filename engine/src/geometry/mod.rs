@@ -1,9 +1,13 @@
-//! Boxes, spheres, polytopes, triangles and rays, and where they intersect. Knows nothing of trees.
+//! Boxes along the axes and oriented ones, spheres, polytopes, triangles and rays, and where they intersect. Knows nothing of trees.
 
 mod aabb;
 mod dop;
 mod dop_faces;
+mod extremes;
 mod lens;
+mod oriented;
+mod oriented_faces;
+mod oriented_fit;
 mod sphere;
 mod triangle;
 
@@ -13,6 +17,7 @@ mod ray;
 mod intersect;
 mod needle;
 mod ray_dop;
+mod ray_oriented;
 mod ray_sphere;
 
 mod random_line;
@@ -23,14 +28,18 @@ pub use dop::Dop14;
 pub(crate) use dop::{DIAGONAL_PAD, half_area_between};
 pub use dop_faces::DopFace;
 pub(crate) use dop_faces::cut;
+pub(crate) use extremes::Extremes;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
 pub use lens::Lens;
 pub(crate) use needle::{ExactPlane, NEEDLE_ASPECT};
+pub use oriented::{OrientedBox, OrientedKind};
+pub(crate) use oriented_fit::intervals;
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};
 pub use ray_dop::DiagonalRay;
+pub use ray_oriented::OrientedRay;
 pub(crate) use ray_sphere::{SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 pub(crate) use scale::area_scale;
 pub use sphere::Sphere;

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::aabb::Aabb;
 use super::dop::Dop14;
+use super::oriented::OrientedBox;
 use super::ray::Ray;
 use super::sphere::Sphere;
 
@@ -56,6 +57,27 @@ impl Dop14 {
         let (u, v) = (random().sqrt(), random());
         let entry = *a * (1.0 - u) + *b * (u * (1.0 - v)) + *c * (u * v);
         line_entering(entry, *normal, self.bounds.extent().as_dvec3().length(), random)
+    }
+}
+
+impl OrientedBox {
+    /// A line that enters the box at a point uniform over its surface; see [`Aabb::random_line`]. It begins a diagonal before.
+    pub(crate) fn random_line(&self, mut random: impl FnMut() -> f64) -> Ray {
+        if self.is_empty() {
+            return self.bounds.random_line(random);
+        }
+        let faces = self.faces().map(|[a, b, _, d]| [a, b - a, d - a]);
+        let areas = faces.map(|[_, u, v]| u.cross(v).length());
+        let mut at = random() * areas.iter().sum::<f64>();
+        let chosen = areas.iter().position(|area| {
+            at -= area;
+            at < 0.0
+        });
+        let [corner, u, v] = faces[chosen.unwrap_or(5)];
+        let (normal, _) = self.half_spaces()[chosen.unwrap_or(5)];
+        let entry = corner + u * random() + v * random();
+        let diagonal = self.corners().into_iter().map(|corner| corner.distance(entry)).fold(0.0, f64::max);
+        line_entering(entry, -normal.normalize(), diagonal, random)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Optional passes over a finished tree, whichever builder made it, that never raise its SAH cost: [`collapse`] makes
 //! leaves of several primitives, [`mod@restructure`] rebuilds treelets from the top, [`mod@reinsert`] moves subtrees,
-//! [`mod@anneal`] does both for as long as it is given.
+//! [`mod@anneal`] does both for as long as it is given. [`fn@orient`] comes last and makes a tree of other containers.
 
 #![allow(clippy::inline_always, reason = "kernels and what they call for each node")]
 
@@ -13,6 +13,7 @@ mod subtree_costs;
 mod anneal;
 mod collapse;
 mod divisions;
+mod orient;
 mod reinsert;
 mod restructure;
 
@@ -22,6 +23,7 @@ use std::time::Instant;
 pub use anneal::ANNEALING_PARTS;
 use anneal::anneal;
 use collapse::collapse_in_order;
+pub use orient::orient;
 pub use reinsert::{Effort, reinsert, reinsert_worst};
 use restructure::restructure;
 pub(crate) use simd_box::NodeBounds;
@@ -52,7 +54,7 @@ pub fn optimize<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    let passes = settings.passes().without(Pass::Split);
+    let passes = settings.passes().without(Pass::Split).without(Pass::Orient);
     if tree.nodes.len() < 2 || passes == Passes::NONE {
         return Ok(tree);
     }

@@ -13,6 +13,8 @@
 //! | [`partial_rebuild`] | and builds those subtrees again whose cost has grown | by their size |
 //! | [`build_for_poses`] | makes one tree for a whole clip, which is then fitted (Bittner, Meister, *T-SAH: Animation Optimized Bounding Volume Hierarchies*, 2015) | seconds, once |
 //!
+//! Oriented boxes are chosen anew, around triangles that have moved, by all ways but [`grow`], which leaves plain ones.
+//!
 //! [`WideRefit`] does the same as [`refit()`] for the wide tree. The other ways change the tree, so that the wide one is made again.
 //!
 //! ```
@@ -43,10 +45,10 @@ use bottom_up::{ToChildren, fit};
 use rotate::rotate;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::OrientedBox;
 use crate::geometry::Triangle;
-use crate::optimize::{reinsert_worst, write_in_order};
-use crate::tree::AnyTree;
-use crate::with_tree;
+use crate::optimize::{orient, reinsert_worst, write_in_order};
+use crate::tree::{AnyTree, Tree, with_built_tree};
 
 /// Fits all containers of a tree of any arity to its triangles, in the calling thread's rayon pool. `triangles` is the list that the tree
 /// was built from, wherever they are now. The same for any number of threads.
@@ -57,12 +59,23 @@ use crate::with_tree;
 ///
 /// Where the list is shorter than the one that the tree was built from.
 pub fn refit(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, triangles, |_, fitted| fitted, &ToChildren, token))
+    with_built_tree!(tree, tree => fit(tree, triangles, |_, fitted| fitted, &ToChildren, token), tree => {
+        on_boxes(tree, triangles, token, |tree| refit(tree, triangles, token))
+    })
 }
 
 /// [`refit()`], except that containers keep what they enclosed before: after each moment of a clip, the tree is valid for all of them.
 pub fn grow(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, triangles, |node, fitted| node.container.union(&fitted), &ToChildren, token))
+    with_built_tree!(
+        tree,
+        tree => fit(tree, triangles, |node, fitted| node.container.union(&fitted), &ToChildren, token),
+        tree => {
+            let mut boxes = tree.to_plain(token)?;
+            fit(&mut boxes, triangles, |node, fitted| node.container.union(&fitted), &ToChildren, token)?;
+            *tree = Tree::from_plain(&boxes, token)?;
+            Ok(())
+        }
+    )
 }
 
 /// [`refit()`] of a binary tree with at most one rotation of each node, once everything below it is done: a child changes places with a
@@ -72,10 +85,12 @@ pub fn grow(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> 
 ///
 /// As [`refit()`], and where a node has another number of children than two.
 pub fn refit_and_rotate(tree: &mut AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<usize, Cancelled> {
-    with_tree!(tree, tree => rotate(tree, triangles, token))
+    with_built_tree!(tree, tree => rotate(tree, triangles, token), tree => {
+        on_boxes(tree, triangles, token, |tree| refit_and_rotate(tree, triangles, token))
+    })
 }
 
-/// [`refit()`] of a binary tree of boxes, after which up to `max_moves` of the subtrees with the most inefficient parents move to their
+/// [`refit()`] of a binary tree of boxes, plain or oriented, after which up to `max_moves` of the subtrees with the most inefficient parents move to their
 /// best positions. A tree of other containers is only fitted. Returns the reduction of the summed half areas of all interior nodes.
 ///
 /// # Panics
@@ -87,6 +102,9 @@ pub fn refit_and_reinsert(
     max_moves: usize,
     token: &CancelToken,
 ) -> Result<f64, Cancelled> {
+    if let AnyTree::Oriented(tree) = tree {
+        return on_boxes(tree, triangles, token, |tree| refit_and_reinsert(tree, triangles, max_moves, token));
+    }
     refit(tree, triangles, token)?;
     let AnyTree::Aabb(tree) = tree else { return Ok(0.0) };
     let gain = reinsert_worst(&mut tree.nodes, max_moves, token)?;
@@ -94,4 +112,19 @@ pub fn refit_and_reinsert(
         write_in_order(tree, token)?;
     }
     Ok(gain)
+}
+
+/// Does `work` with the plain boxes of `tree`, then chooses oriented ones anew.
+fn on_boxes<R, E: From<Cancelled>>(
+    tree: &mut Tree<OrientedBox>,
+    triangles: &[Triangle],
+    token: &CancelToken,
+    work: impl FnOnce(&mut AnyTree) -> Result<R, E>,
+) -> Result<R, E> {
+    let mut boxes = AnyTree::Aabb(tree.to_plain(token)?);
+    let result = work(&mut boxes)?;
+    if let AnyTree::Oriented(oriented) = orient(boxes, triangles, token)? {
+        *tree = oriented;
+    }
+    Ok(result)
 }

@@ -5,14 +5,14 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::bottom_up::{FitInterior as _, ToChildren, fit};
+use super::on_boxes;
 use crate::aac::ClusterContainer;
 use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::optimize::subtree_costs;
-use crate::settings::BuildSettings;
-use crate::tree::{AnyTree, Node, Tree};
-use crate::with_tree;
+use crate::settings::{BuildSettings, Pass};
+use crate::tree::{AnyTree, Node, Tree, with_built_tree};
 
 /// Poll for cancellation every 65536 nodes.
 const NODES_BETWEEN_CHECKS: usize = 1 << 16;
@@ -25,7 +25,9 @@ pub struct BuiltCosts(Vec<f32>);
 impl BuiltCosts {
     /// The costs in a binary tree that has just been built.
     pub fn new(tree: &AnyTree, token: &CancelToken) -> Result<Self, Cancelled> {
-        with_tree!(tree, tree => Ok(Self(relative_costs(&mut tree.clone(), token)?)))
+        with_built_tree!(tree, tree => Ok(Self(relative_costs(&mut tree.clone(), token)?)), tree => {
+            Ok(Self(relative_costs(&mut tree.to_plain(token)?, token)?))
+        })
     }
 }
 
@@ -63,11 +65,14 @@ pub fn partial_rebuild(
     grown: GrownParts,
     token: &CancelToken,
 ) -> Result<usize, BuildError> {
-    let settings = BuildSettings { container: tree.container_kind(), ..*settings };
+    let optimize = settings.optimize.without(Pass::Orient);
+    let settings = BuildSettings { container: tree.container_kind(), optimize, ..*settings };
     let build = |triangles: &[Triangle], token: &CancelToken| build_binary(triangles, &settings, token);
-    with_tree!(tree, tree => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
+    with_built_tree!(tree, tree => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
         let (part, _) = build(triangles, token)?;
         Ok(part.into_tree().unwrap_or_else(|| unreachable!("the settings have the tree's own container")))
+    }), tree => on_boxes(tree, triangles, token, |tree| {
+        partial_rebuild(tree, built, triangles, &settings, grown, token)
     }))
 }
 

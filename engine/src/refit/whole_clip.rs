@@ -11,8 +11,7 @@ use crate::geometry::{Aabb, Triangle};
 use crate::optimize::{Effort, NodeBounds as _, reinsert, write_in_order};
 use crate::settings::{BuildSettings, Pass};
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, tree_stats};
-use crate::tree::{AnyTree, Container as _, Node, Tree};
-use crate::with_tree;
+use crate::tree::{AnyTree, Container as _, Node, Tree, with_built_tree};
 
 /// Poses at most that a tree is optimised for.
 const MAX_POSES: usize = 16;
@@ -42,7 +41,8 @@ pub fn build_for_poses<P: AsRef<[Triangle]>>(
 ) -> Result<AnyTree, BuildError> {
     let count = poses.len().min(MAX_POSES);
     let poses: Vec<&[Triangle]> = (0..count).map(|pose| poses[pose * poses.len() / count].as_ref()).collect();
-    let settings = BuildSettings { optimize: settings.optimize.without(Pass::Split), ..*settings };
+    let settings =
+        BuildSettings { optimize: settings.optimize.without(Pass::Split).without(Pass::Orient), ..*settings };
     let Some(&first) = poses.first() else { return Ok(build_binary(&[], &settings, token)?.0) };
     assert!(poses.iter().all(|pose| pose.len() == first.len()), "poses of different models");
     let mut best: Option<(f64, AnyTree)> = None;
@@ -68,7 +68,9 @@ pub fn build_for_poses<P: AsRef<[Triangle]>>(
 }
 
 fn fit_to(tree: &mut AnyTree, pose: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
-    with_tree!(tree, tree => fit(tree, pose, |_, fitted| fitted, &ToChildren, token))
+    with_built_tree!(tree, tree => fit(tree, pose, |_, fitted| fitted, &ToChildren, token), _tree => {
+        unreachable!("no builder makes oriented boxes")
+    })
 }
 
 /// The sum of the SAH costs of a tree over all poses, and the tree, fitted to the last.

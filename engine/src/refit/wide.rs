@@ -59,6 +59,7 @@ impl WideRefit {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(binary)) => Self::of(wide, binary, token),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(binary)) => Self::of(wide, binary, token),
             (AnyWideTree::Dop14(wide), AnyTree::Dop14(binary)) => Self::of(wide, binary, token),
+            (AnyWideTree::Oriented(wide), AnyTree::Oriented(binary)) => Self::of(wide, binary, token),
             _ => panic!("the trees have different containers"),
         }
     }
@@ -113,6 +114,7 @@ impl WideRefit {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(binary)) => self.fit(wide, binary, triangles, token),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(binary)) => self.fit(wide, binary, triangles, token),
             (AnyWideTree::Dop14(wide), AnyTree::Dop14(binary)) => self.fit(wide, binary, triangles, token),
+            (AnyWideTree::Oriented(wide), AnyTree::Oriented(binary)) => self.fit(wide, binary, triangles, token),
             _ => panic!("the trees have different containers"),
         }
     }

@@ -1,8 +1,10 @@
-//! Containers, called bounding volumes in the literature: boxes, spheres and polytopes, behind one trait.
+//! Containers, called bounding volumes in the literature: boxes, spheres, polytopes and oriented boxes, behind one trait.
 
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, DiagonalRay, Dop14, PairEntry, PreparedRay, Ray, Sphere, Triangle};
+use crate::geometry::{
+    Aabb, DiagonalRay, Dop14, OrientedBox, OrientedRay, PairEntry, PreparedRay, Ray, Sphere, Triangle,
+};
 
 /// Kind of bounding volume that a tree consists of.
 ///
@@ -22,11 +24,16 @@ pub enum ContainerKind {
     /// Discrete oriented polytopes of fourteen planes (k-DOPs with k = 14).
     #[cfg_attr(feature = "serde", serde(rename = "dop"))]
     Dop14,
+    /// Boxes each of which may be turned or skewed. No builder makes them: the pass [`Orient`](crate::Pass::Orient) does, of boxes.
+    Oriented,
 }
 
 impl ContainerKind {
-    /// Every kind, boxes first.
+    /// Every kind that builders make, boxes first.
     pub const ALL: [Self; 3] = [Self::Aabb, Self::Sphere, Self::Dop14];
+
+    /// Every kind, those that builders make first.
+    pub const WITH_ORIENTED: [Self; 4] = [Self::Aabb, Self::Sphere, Self::Dop14, Self::Oriented];
 
     /// The kinds that the paper compares.
     pub const OF_PAPER: [Self; 2] = [Self::Aabb, Self::Sphere];
@@ -37,6 +44,7 @@ impl ContainerKind {
             Self::Aabb => "box",
             Self::Sphere => "sphere",
             Self::Dop14 => "dop",
+            Self::Oriented => "oriented",
         }
     }
 
@@ -46,6 +54,7 @@ impl ContainerKind {
             Self::Aabb => "Box",
             Self::Sphere => "Sphere",
             Self::Dop14 => "14-DOP",
+            Self::Oriented => "Oriented box",
         }
     }
 
@@ -55,16 +64,17 @@ impl ContainerKind {
             Self::Aabb => "boxes",
             Self::Sphere => "spheres",
             Self::Dop14 => "polytopes",
+            Self::Oriented => "oriented boxes",
         }
     }
 
     /// Cost of a test of one container by the surface area heuristic, in the unit of
     /// [`INTERSECTION_COST`](super::statistics::INTERSECTION_COST): 1 for boxes and spheres, half as much again for
-    /// polytopes, the ratio of 4.5 to 3 that Káčerik and Bittner (*SOBB: Skewed Oriented Bounding Boxes for Ray Tracing*, 2025) take.
+    /// polytopes and oriented boxes, the ratio of 4.5 to 3 that Káčerik and Bittner (*SOBB: Skewed Oriented Bounding Boxes for Ray Tracing*, 2025) take.
     pub const fn traversal_cost(self) -> f32 {
         match self {
             Self::Aabb | Self::Sphere => 1.0,
-            Self::Dop14 => 1.5,
+            Self::Dop14 | Self::Oriented => 1.5,
         }
     }
 }
@@ -82,7 +92,7 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     /// The smallest container around both.
     #[must_use]
     fn union(&self, other: &Self) -> Self;
-    /// Surface area up to a constant factor of the kind: half of it for boxes and polytopes, r² for spheres. Leaves the range of single precision
+    /// Surface area up to a constant factor of the kind: half of it for boxes of all kinds and polytopes, r² for spheres. Leaves the range of single precision
     /// where coordinates are near its ends; [`Tree::area`](super::Tree::area) does not.
     fn relative_area(&self) -> f32;
     /// The container with all coordinates multiplied by `factor`, which is positive.
@@ -106,19 +116,19 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
         let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
         PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
     }
-    /// The smallest box around it.
+    /// The smallest box around it; of an oriented box, around what it encloses.
     fn bounds(&self) -> Aabb;
     /// Whether `point` lies inside, within `slack` in world units.
     fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
-    /// Whether `other` lies inside, within `slack` in world units.
+    /// Whether `other` lies inside, within `slack` in world units; for oriented boxes, whether what it encloses may.
     fn contains(&self, other: &Self, slack: f32) -> bool;
-    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common box or polytope, of the [`Lens`]
+    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common part of boxes or polytopes, of the [`Lens`]
     /// between two spheres. 0 where the two are disjoint.
     ///
     /// [`Lens`]: crate::geometry::Lens
     fn intersection_area(&self, other: &Self) -> f32;
     /// The smallest container around the intersection: the common box or polytope itself, the smallest sphere around the lens between two
-    /// spheres. Empty where the two are disjoint.
+    /// spheres, the smallest box along the axes around what oriented boxes have in common. Empty where the two are disjoint.
     #[must_use]
     fn intersection_bounds(&self, other: &Self) -> Self;
     /// A random line through the container, distributed as in [`RandomLines`](crate::tree::random_lines::RandomLines). `random`
@@ -311,5 +321,60 @@ impl Container for Dop14 {
 
     fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
         Dop14::random_line(self, random)
+    }
+}
+
+impl Container for OrientedBox {
+    const KIND: ContainerKind = ContainerKind::Oriented;
+    type RayPart = OrientedRay;
+    const EMPTY: Self = OrientedBox::EMPTY;
+
+    fn of_triangle(triangle: &Triangle) -> Self {
+        Self::around_triangle(triangle)
+    }
+
+    fn union(&self, other: &Self) -> Self {
+        OrientedBox::union(self, other)
+    }
+
+    fn relative_area(&self) -> f32 {
+        self.half_area()
+    }
+
+    fn scaled(&self, factor: f32) -> Self {
+        OrientedBox::scaled(self, factor)
+    }
+
+    fn ray_part(ray: &PreparedRay) -> OrientedRay {
+        OrientedRay::new(ray)
+    }
+
+    #[inline]
+    fn entry(&self, _: &PreparedRay, part: &OrientedRay, t_min: f32, t_max: f32) -> Option<f32> {
+        OrientedBox::entry(self, part, t_min, t_max)
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+        self.excess_of_point(point) <= f64::from(slack)
+    }
+
+    fn contains(&self, other: &Self, slack: f32) -> bool {
+        OrientedBox::contains(self, other, slack)
+    }
+
+    fn intersection_area(&self, other: &Self) -> f32 {
+        self.intersection_half_area(other)
+    }
+
+    fn intersection_bounds(&self, other: &Self) -> Self {
+        OrientedBox::intersection_bounds(self, other)
+    }
+
+    fn random_line(&self, random: impl FnMut() -> f64) -> Ray {
+        OrientedBox::random_line(self, random)
     }
 }

@@ -25,4 +25,5 @@ pub mod visits;
 pub mod survival;
 
 pub use container::{Container, ContainerKind};
+pub(crate) use node::with_built_tree;
 pub use node::{AnyTree, Node, Tree};

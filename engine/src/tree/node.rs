@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Dop14, Sphere, Triangle, area_scale};
+use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, area_scale};
 use crate::kernel::par_collect::{par_collect, zeros};
 
 use super::container::{Container, ContainerKind};
@@ -93,7 +93,7 @@ pub struct Tree<C> {
     pub max_depth: u32,
 }
 
-/// A tree of boxes, of spheres or of polytopes.
+/// A tree of boxes, of spheres, of polytopes or of oriented boxes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyTree {
     /// A tree of boxes.
@@ -102,6 +102,8 @@ pub enum AnyTree {
     Sphere(Tree<Sphere>),
     /// A tree of polytopes.
     Dop14(Tree<Dop14>),
+    /// A tree of oriented boxes.
+    Oriented(Tree<OrientedBox>),
 }
 
 /// Evaluates an expression for any kind of tree: `with_tree!(any, tree => expression)`.
@@ -121,9 +123,24 @@ macro_rules! with_tree {
             $crate::tree::AnyTree::Aabb($tree) => $body,
             $crate::tree::AnyTree::Sphere($tree) => $body,
             $crate::tree::AnyTree::Dop14($tree) => $body,
+            $crate::tree::AnyTree::Oriented($tree) => $body,
         }
     };
 }
+
+/// [`with_tree!`] for what only containers of builders can do; `$oriented` for a tree of oriented boxes.
+macro_rules! with_built_tree {
+    ($any:expr, $tree:ident => $body:expr, $boxes:ident => $oriented:expr) => {
+        match $any {
+            $crate::tree::AnyTree::Aabb($tree) => $body,
+            $crate::tree::AnyTree::Sphere($tree) => $body,
+            $crate::tree::AnyTree::Dop14($tree) => $body,
+            $crate::tree::AnyTree::Oriented($boxes) => $oriented,
+        }
+    };
+}
+
+pub(crate) use with_built_tree;
 
 impl From<Tree<Aabb>> for AnyTree {
     fn from(tree: Tree<Aabb>) -> Self {
@@ -140,6 +157,12 @@ impl From<Tree<Sphere>> for AnyTree {
 impl From<Tree<Dop14>> for AnyTree {
     fn from(tree: Tree<Dop14>) -> Self {
         Self::Dop14(tree)
+    }
+}
+
+impl From<Tree<OrientedBox>> for AnyTree {
+    fn from(tree: Tree<OrientedBox>) -> Self {
+        Self::Oriented(tree)
     }
 }
 
@@ -233,6 +256,7 @@ impl AnyTree {
             Self::Aabb(_) => ContainerKind::Aabb,
             Self::Sphere(_) => ContainerKind::Sphere,
             Self::Dop14(_) => ContainerKind::Dop14,
+            Self::Oriented(_) => ContainerKind::Oriented,
         }
     }
 

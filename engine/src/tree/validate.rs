@@ -7,7 +7,7 @@ use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
 
 /// Tolerance of containment for spheres, as a fraction of the scene's size, because square roots and quotients are rounded. Boxes
-/// are exact, and polytopes are padded.
+/// are exact, polytopes and oriented ones are padded.
 const SPHERE_SLACK: f32 = 1e-4;
 
 /// Checks that `tree`, of any arity, is a hierarchy over `triangles`: each primitive in exactly one leaf, each container inside
@@ -145,6 +145,9 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     if let Some(primitive) = leaf_bounds.iter().zip(triangles).position(is_too_small) {
         return Err(format!("the leaves of primitive {primitive} do not enclose it"));
     }
+    if C::KIND == ContainerKind::Oriented && !is_split {
+        check_above(tree, triangles)?;
+    }
     let deepest = depths.iter().copied().max().unwrap_or(0);
     if deepest != tree.max_depth {
         return Err(format!("the deepest node has depth {deepest}, the tree says {}", tree.max_depth));
@@ -152,10 +155,32 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     Ok(())
 }
 
+/// Checks that each triangle lies inside all nodes above it: of oriented boxes that does not follow from those in between.
+fn check_above<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result<(), String> {
+    let mut parents = vec![0_usize; tree.nodes.len()];
+    for (index, node) in tree.nodes.iter().enumerate() {
+        node.children().for_each(|child| parents[child as usize] = index);
+        for &primitive in &tree.primitive_indices[node.slots()] {
+            let Triangle { a, b, c } = triangles[primitive as usize];
+            let mut above = index;
+            while above != 0 {
+                above = parents[above];
+                let container = &tree.nodes[above].container;
+                if let Some(corner) = [a, b, c].into_iter().find(|&corner| !container.contains_point(corner, 0.0)) {
+                    return Err(format!(
+                        "node {above} does not hold corner {corner} of primitive {primitive} below it"
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Tolerance of containment in `tree`, in world units.
 pub(crate) fn containment_slack<C: Container>(tree: &Tree<C>) -> f32 {
     match (C::KIND, tree.nodes.first()) {
-        (ContainerKind::Aabb | ContainerKind::Dop14, _) | (_, None) => 0.0,
+        (ContainerKind::Aabb | ContainerKind::Dop14 | ContainerKind::Oriented, _) | (_, None) => 0.0,
         (ContainerKind::Sphere, Some(root)) => {
             let bounds = root.container.bounds();
             SPHERE_SLACK * bounds.extent().max_element().max(bounds.min.abs().max(bounds.max.abs()).max_element())

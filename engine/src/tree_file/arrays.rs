@@ -33,6 +33,7 @@ pub(super) const fn numbers_of(kind: ContainerKind) -> usize {
         ContainerKind::Aabb => 6,
         ContainerKind::Sphere => 4,
         ContainerKind::Dop14 => 14,
+        ContainerKind::Oriented => 21,
     }
 }
 

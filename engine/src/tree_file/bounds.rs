@@ -5,11 +5,16 @@ use glam::{DVec3, Vec3};
 
 use super::arrays::Rows;
 use super::bounds_problem::BoundsProblem;
-use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use crate::tree::Container;
 
 /// Largest absolute coordinate and radius: of larger ones, squares and areas are not finite.
 pub const MAX_COORDINATE: f32 = 1e18;
+
+/// Largest absolute coordinate of a direction across planes: 1, rounded, for which the padding of rays is made.
+const MAX_DIRECTION: f32 = 1.000_001;
+/// Smallest volume that three directions of length 1 span.
+const LEAST_VOLUME: f64 = 1e-6;
 
 /// A container as tree files have it: its numbers in the order of its fields.
 pub(super) trait FileContainer: Container + Pod {
@@ -24,9 +29,9 @@ pub(super) trait FileContainer: Container + Pod {
     fn read(rows: Rows<'_>, node: u32) -> Result<Self, BoundsProblem> {
         let mut container = Self::EMPTY;
         let numbers: &mut [f32] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut container));
-        let found: [f32; 14] = rows.floats(node);
-        numbers.copy_from_slice(&found[..numbers.len().min(14)]);
-        // The first six are coordinates, and a radius; those of a polytope along the diagonals are sums of these.
+        let found: [f32; 21] = rows.floats(node);
+        numbers.copy_from_slice(&found[..numbers.len().min(21)]);
+        // The first six are coordinates, and a radius; planes askew are at sums of these.
         if let Some(&number) = numbers.iter().take(6).find(|number| !is_usable(**number)) {
             return Err(BoundsProblem::Number(number));
         }
@@ -98,6 +103,40 @@ impl FileContainer for Dop14 {
             (low - f64::from(inner.low[at])).max(f64::from(inner.high[at]) - high) / 3.0_f64.sqrt()
         };
         (0..4).map(beyond).fold(self.bounds.excess_of(&inner.bounds), f64::max)
+    }
+
+    fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {
+        let corners = [triangle.a, triangle.b, triangle.c];
+        corners.into_iter().map(|corner| self.excess_of_point(corner)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl FileContainer for OrientedBox {
+    fn problem(&self) -> Option<BoundsProblem> {
+        let unusable = |number: &f32| number.is_nan() || number.abs() > 4.0 * MAX_COORDINATE;
+        if let Some(plane) = self.low.into_iter().chain(self.high).find(unusable) {
+            return Some(BoundsProblem::Diagonal(plane));
+        }
+        let coordinates = self.normals.map(|normal| normal.to_array());
+        if let Some(&number) =
+            coordinates.as_flattened().iter().find(|number| number.is_nan() || number.abs() > MAX_DIRECTION)
+        {
+            return Some(BoundsProblem::Direction(number));
+        }
+        let [a, b, c] = self.normals.map(Vec3::as_dvec3);
+        let volume = a.dot(b.cross(c)).abs();
+        if volume < LEAST_VOLUME * a.length() * b.length() * c.length() || volume == 0.0 {
+            return Some(BoundsProblem::FlatDirections);
+        }
+        let inside_out = || {
+            let at = (0..3).find(|&at| self.low[at] > self.high[at])?;
+            Some(BoundsProblem::OrientedInsideOut { at, low: self.low[at], high: self.high[at] })
+        };
+        self.bounds.problem().or_else(inside_out)
+    }
+
+    fn excess_of(&self, inner: &Self) -> f64 {
+        self.bounds.excess_of(&inner.bounds)
     }
 
     fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {

@@ -16,14 +16,30 @@ pub enum BoundsProblem {
         /// Upper corner.
         max: f32,
     },
-    /// A number along a diagonal is NaN, infinite or too large.
-    #[error("{0} along a diagonal where a number from -4e18 to 4e18 is expected")]
+    /// The place of a plane askew is NaN, infinite or too large.
+    #[error("{0} as the place of a plane where a number from -4e18 to 4e18 is expected")]
     Diagonal(f32),
     /// A polytope is inside out along a diagonal.
     #[error("a polytope inside out: its low {diagonal} is {low}, its high {diagonal} {high}")]
     DiagonalInsideOut {
         /// The diagonal, 0 to 3.
         diagonal: usize,
+        /// Lower plane.
+        low: f32,
+        /// Upper plane.
+        high: f32,
+    },
+    /// A coordinate of a direction across planes is NaN, infinite or too large.
+    #[error("{0} in a direction where a number from -1 to 1 is expected")]
+    Direction(f32),
+    /// The directions across the planes lie in a plane, or nearly so.
+    #[error("three directions that lie in a plane, between which there is no box")]
+    FlatDirections,
+    /// An oriented box is inside out along a direction.
+    #[error("an oriented box inside out: its low {at} is {low}, its high {at} {high}")]
+    OrientedInsideOut {
+        /// The direction, 0 to 2.
+        at: usize,
         /// Lower plane.
         low: f32,
         /// Upper plane.

@@ -226,7 +226,7 @@ impl TreeFileError {
             }
             Self::Index { .. } => "count triangles from 0, in the order that info --triangles FILE writes",
             Self::Bounds { .. } => {
-                "write bounds for every node: of a box min x, y, z, max x, y, z, of a sphere center x, y, z, radius, of a dop a box, four low and four high"
+                "write bounds for every node: of a box min x, y, z, max x, y, z, of a sphere center x, y, z, radius, of a dop a box, four low and four high, of an oriented box a box, three normals, three low and three high"
             }
             Self::Corner { .. } => "write three corners of finite numbers for each triangle",
             Self::NoCorners => "name the mesh, and this file with --tree",

@@ -86,8 +86,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
     let mut fields: Map<String, Value> =
         serde_json::from_slice(json).map_err(|error| TreeFileError::HeaderJson(error.to_string()))?;
     let (name, value) = ("container", required(&mut fields, "container")?);
-    let kind = ContainerKind::ALL.into_iter().find(|kind| value.as_str() == Some(kind.name()));
-    let kind = kind.ok_or_else(|| wrong(name, &value, "\"box\", \"sphere\" or \"dop\""))?;
+    let kind = ContainerKind::WITH_ORIENTED.into_iter().find(|kind| value.as_str() == Some(kind.name()));
+    let kind = kind.ok_or_else(|| wrong(name, &value, "\"box\", \"sphere\", \"dop\" or \"oriented\""))?;
     let arity = number(&mut fields, "arity", 2..=32, "a whole number from 2 to 32")?;
     let [nodes, indices, triangles] = ["nodes", "indices", "triangles"]
         .map(|name| number(&mut fields, name, 0..=u32::MAX, "a count below 4294967296"));

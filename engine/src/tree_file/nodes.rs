@@ -25,6 +25,29 @@ const fn bounds_columns(kind: ContainerKind) -> &'static [&'static str] {
             "min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "low_0", "low_1", "low_2", "low_3", "high_0",
             "high_1", "high_2", "high_3",
         ],
+        ContainerKind::Oriented => &[
+            "min_x",
+            "min_y",
+            "min_z",
+            "max_x",
+            "max_y",
+            "max_z",
+            "normal_0_x",
+            "normal_0_y",
+            "normal_0_z",
+            "normal_1_x",
+            "normal_1_y",
+            "normal_1_z",
+            "normal_2_x",
+            "normal_2_y",
+            "normal_2_z",
+            "low_0",
+            "low_1",
+            "low_2",
+            "high_0",
+            "high_1",
+            "high_2",
+        ],
     }
 }
 
@@ -34,7 +57,7 @@ struct NodeRow(u32, Option<u32>, u32, Option<u32>, u32, u32, u32);
 
 /// Writes the nodes of `tree` as CSV with a line of names: `node`, `parent` (empty for the root), `depth`, `first_child` (empty
 /// for a leaf; children are neighbours), `children` (their number), `first_primitive` and `primitives` (the range of positions
-/// in leaf order at and below the node), then `min_x` to `max_z`, `center_x` to `radius`, or `min_x` to `high_3`.
+/// in leaf order at and below the node), then `min_x` to `max_z`, `center_x` to `radius`, `min_x` to `high_3`, or `min_x` to `high_2`.
 ///
 /// # Errors
 ///

@@ -9,7 +9,7 @@ use super::header::{Header, Parsed, parse};
 use super::layout::MAGIC;
 use super::links::{Links, Steps};
 use crate::cancel::CancelToken;
-use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
+use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use crate::tree::{AnyTree, ContainerKind, Node, Tree};
 
 /// Contents of a tree file.
@@ -89,6 +89,7 @@ impl TreeFile {
             ContainerKind::Aabb => read_of::<Aabb>(parsed, &arrays, mesh, token),
             ContainerKind::Sphere => read_of::<Sphere>(parsed, &arrays, mesh, token),
             ContainerKind::Dop14 => read_of::<Dop14>(parsed, &arrays, mesh, token),
+            ContainerKind::Oriented => read_of::<OrientedBox>(parsed, &arrays, mesh, token),
         }
     }
 }
@@ -133,6 +134,7 @@ fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
         ContainerKind::Aabb => size_of::<Node<Aabb>>(),
         ContainerKind::Sphere => size_of::<Node<Sphere>>(),
         ContainerKind::Dop14 => size_of::<Node<Dop14>>(),
+        ContainerKind::Oriented => size_of::<Node<OrientedBox>>(),
     };
     let per_node = (node as u64).saturating_add(OF_LINKS).saturating_add(faults::BYTES_PER_NODE);
     let (of_index, of_triangle) = match (has_mesh, arrays.corners) {

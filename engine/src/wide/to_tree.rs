@@ -69,6 +69,7 @@ impl AnyWideTree {
             (Self::Aabb(wide), AnyTree::Aabb(binary)) => Some(wide.to_tree(binary, token)?.into()),
             (Self::Sphere(wide), AnyTree::Sphere(binary)) => Some(wide.to_tree(binary, token)?.into()),
             (Self::Dop14(wide), AnyTree::Dop14(binary)) => Some(wide.to_tree(binary, token)?.into()),
+            (Self::Oriented(wide), AnyTree::Oriented(binary)) => Some(wide.to_tree(binary, token)?.into()),
             _ => None,
         })
     }

@@ -5,7 +5,7 @@ use std::hint::select_unpredictable;
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, Dop14, Sphere};
+use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere};
 use crate::kernel::prefetch;
 use crate::wide::bounds::{CompactBounds, WideContainer};
 use crate::wide::child::Child;
@@ -169,6 +169,8 @@ pub enum AnyWideTree {
     Sphere(WideTree<Sphere>),
     /// A tree of polytopes.
     Dop14(WideTree<Dop14>),
+    /// A tree of oriented boxes.
+    Oriented(WideTree<OrientedBox>),
 }
 
 /// How the nodes of a wide tree of boxes store them. Hits are the same.
@@ -196,6 +198,7 @@ macro_rules! with_wide_tree {
             $crate::wide::AnyWideTree::Aabb($tree) => $body,
             $crate::wide::AnyWideTree::Sphere($tree) => $body,
             $crate::wide::AnyWideTree::Dop14($tree) => $body,
+            $crate::wide::AnyWideTree::Oriented($tree) => $body,
         }
     };
 }

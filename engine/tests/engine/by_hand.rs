@@ -189,6 +189,7 @@ fn bytes_are_those_of_nodes_and_indices() {
             ContainerKind::Aabb => 32,
             ContainerKind::Sphere => 24,
             ContainerKind::Dop14 => 64,
+            ContainerKind::Oriented => unreachable!("no builder makes them"),
         };
         assert_eq!(bvh.statistics().nodes, 13, "one triangle per leaf");
         assert_eq!(bvh.report().tree_bytes, 13 * node + 7 * 4, "{container:?}");

@@ -23,6 +23,7 @@ mod merge_choices;
 mod needles;
 mod node_metrics;
 mod optimize;
+mod oriented;
 mod ray_events;
 mod refit;
 mod regret;

@@ -86,7 +86,7 @@ fn the_closest_pair_wins_every_merge() {
             if merge % 7 == 0 {
                 let closest = with_tree!(&construction.tree, tree => closest(tree, &construction.list_before(merge)));
                 let area = match settings.container {
-                    ContainerKind::Aabb | ContainerKind::Dop14 => choice.winner.distance,
+                    ContainerKind::Aabb | ContainerKind::Dop14 | ContainerKind::Oriented => choice.winner.distance,
                     ContainerKind::Sphere => choice.winner.distance * choice.winner.distance,
                 };
                 assert!((area / closest - 1.0).abs() < 1e-5, "merge {merge}, {settings:?}: {area}, not {closest}");

@@ -203,6 +203,13 @@ pub fn node_text(state: &AppState) -> Option<String> {
             line("Centre", vector(sphere.center));
             line("Radius", sphere.radius.to_string());
         }
+        ContainerKind::Oriented => {
+            let container = table.node_oriented(node);
+            line("Box from", vector(container.bounds.min));
+            line("Box to", vector(container.bounds.max));
+            line("Planes", container.kind().name().to_owned());
+            line("Area over its box's", container.share_of_plain().to_string());
+        }
         ContainerKind::Dop14 => {
             let dop = table.node_dop(node);
             line("Box from", vector(dop.bounds.min));

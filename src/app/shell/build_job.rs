@@ -21,7 +21,7 @@ use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::Policy;
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Pass};
 
 /// Delay after a tree is delivered, so that its first frame is shown, and the end of a drag noticed, before background work
 /// takes the cores.
@@ -53,7 +53,9 @@ impl PartialEq for BuildKey {
     fn eq(&self, other: &Self) -> bool {
         let same_tree = match (&self.file, &other.file) {
             (None, None) => self.settings == other.settings && self.follow == other.follow,
-            (file, of_other) => file == of_other && self.revision == other.revision,
+            (file, of_other) => {
+                file == of_other && self.revision == other.revision && self.orients() == other.orients()
+            }
         };
         self.scene.is_same_model(&other.scene)
             && self.moment == other.moment
@@ -63,6 +65,11 @@ impl PartialEq for BuildKey {
 }
 
 impl BuildKey {
+    /// Whether a tree that is read gets oriented boxes: the one setting that it has.
+    fn orients(&self) -> bool {
+        self.settings.optimize.contains(Pass::Orient)
+    }
+
     /// Builds the tree, or reads it.
     fn tree(&self, sessions: &mut Sessions, token: &CancelToken) -> Result<Accel, BuildError> {
         let scene = self.moved(token)?;
@@ -75,6 +82,7 @@ impl BuildKey {
                 sessions.follow = FollowSession::default();
                 Accel::build_with_session(&scene, &self.settings, Some(&mut sessions.build), token)
             }
+            Some(path) if self.orients() => Ok(Accel::read(&scene, path, token)?.oriented(token)?),
             Some(path) => Ok(Accel::read(&scene, path, token)?),
         }
     }

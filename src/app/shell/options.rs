@@ -77,7 +77,7 @@ pub struct CliOverrides {
     /// Number of antialiasing samples per pixel.
     pub samples: Option<u32>,
     /// For each kind of container whether it is drawn over the picture.
-    pub containers_shown: Option<[bool; 3]>,
+    pub containers_shown: Option<[bool; 4]>,
     /// First and last tree depth drawn.
     pub depth: Option<[u32; 2]>,
     /// Draw only the leaves within these depths.

@@ -424,9 +424,9 @@ impl AppState {
     }
 
     /// For each kind of container whether it is drawn; none while containers are off.
-    pub fn drawn_kinds(&self) -> [bool; 3] {
+    pub fn drawn_kinds(&self) -> [bool; 4] {
         let kinds = self.wanted.overlay.kinds(self.container_kind());
-        if self.preferences.show_containers { kinds } else { [false; 3] }
+        if self.preferences.show_containers { kinds } else { [false; 4] }
     }
 
     /// Whether a side panel is visible: open, and not displaced by the other one in a narrow window.

@@ -15,7 +15,7 @@ use crate::scene::{Moment, SceneSource};
 use crate::section::SectionPlane;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Aabb;
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Pass};
 use bvhscope_engine::tree::traverse::Traversal;
 
 /// The user's settings of model, tree and picture. Panels edit it; the workers follow.
@@ -143,7 +143,12 @@ impl Wanted {
         for side in TreeSide::ALL {
             let same_file = self.tree_file(side).is_some() && self.tree_file(side) == before.tree_file(side);
             let was_there = side == TreeSide::A || self.second.is_some() && before.second.is_some();
-            let changed = self.build_of(side) != before.build_of(side) || self.moment != before.moment;
+            // Oriented boxes are chosen for the tree of a file, too.
+            let [build, was] = [&*self, before].map(|wanted| {
+                let build = *wanted.build_of(side);
+                BuildSettings { optimize: build.optimize.without(Pass::Orient), ..build }
+            });
+            let changed = build != was || self.moment != before.moment;
             if same_file && was_there && changed {
                 self.set_tree_file(side, None);
             }

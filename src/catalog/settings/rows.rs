@@ -54,6 +54,7 @@ const fn container_sentence(kind: ContainerKind) -> &'static str {
     match kind {
         ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
         ContainerKind::Sphere => "Build and trace the tree with spheres",
+        ContainerKind::Oriented => "Only as the pass Orient",
         ContainerKind::Dop14 => {
             "Build and trace the tree with polytopes of 14 planes: boxes whose corners are cut off (Klosowski et al. 1998)"
         }
@@ -170,7 +171,7 @@ pub static OPTIMIZE: Setting = Setting {
     key: "optimize",
     value_name: "LIST",
     help: "Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure, reinsert and \
-           anneal (boxes only; anneal takes minutes); or all, none",
+           anneal (boxes only; anneal takes minutes), orient (boxes only; turns and skews them in the end); or all (but orient), none",
     label: "Optimize",
     tip: "Passes before and after the builder that improve the tree. Each takes time",
     value: Value::Any {
@@ -180,6 +181,7 @@ pub static OPTIMIZE: Setting = Setting {
             let pass = Pass::ALL[index];
             build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
         },
+        all: Pass::ALL.len() - 1,
         refusal: |build, index| {
             let pass = Pass::ALL[index];
             let wanted = BuildSettings { optimize: Passes::NONE.with(pass), ..*build };
@@ -208,6 +210,10 @@ const fn pass_sentence(pass: Pass) -> &'static str {
         Pass::Anneal => {
             "Moves every subtree again and again, at first even where that costs more: hundreds of times as slow as all others, \
              and the best tree there is"
+        }
+        Pass::Orient => {
+            "Gives each node of the finished tree the smallest of its box, of one turned to fit and of one skewed to the planes of the \
+             14-DOP. Helps hair and plants"
         }
     }
 }

@@ -44,6 +44,8 @@ pub enum Value {
         get: fn(&BuildSettings, usize) -> bool,
         /// Takes the index of a value and whether it is wanted.
         set: fn(&mut BuildSettings, usize, bool),
+        /// Number of the first values that the name "all" stands for.
+        all: usize,
         /// Why the value with this index has no effect; `None` where it has.
         refusal: fn(&BuildSettings, usize) -> Option<&'static str>,
     },
@@ -93,11 +95,11 @@ impl Setting {
         match &self.value {
             Value::Number(number) => (number.set)(build, number.parse(text)?),
             Value::One { options, set, .. } => set(build, index_of(&options(), text)?),
-            Value::Any { options, set, .. } => {
+            Value::Any { options, set, all, .. } => {
                 let options = options();
                 let chosen: Vec<usize> = match text {
                     "none" => Vec::new(),
-                    "all" => (0..options.len()).collect(),
+                    "all" => (0..*all).collect(),
                     _ => text.split(',').map(|name| index_of(&options, name)).collect::<Result<_, _>>()?,
                 };
                 for index in 0..options.len() {

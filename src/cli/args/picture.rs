@@ -83,8 +83,8 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Overlay")]
 pub struct OverlayArgs {
-    /// Draw containers over the picture: box, sphere, dop, both (box and sphere), box-dop, sphere-dop, all, or none but the
-    /// selected node's
+    /// Draw containers over the picture: box, sphere, dop, both (box and sphere), box-dop, sphere-dop, all, oriented, box-oriented, or
+    /// none but the selected node's
     #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
     pub overlay: Option<OverlayKinds>,
     /// Tree levels that are drawn, root 0, both ends included [default: those that hold 100 to 200 nodes]

@@ -6,16 +6,16 @@ use clap::Args;
 
 use super::tree_flags::TreeFlags;
 use crate::budget::MemoryLimit;
-use crate::catalog::settings::SETTINGS;
+use crate::catalog::settings::{OPTIMIZE, SETTINGS};
 use crate::cli::values;
 
 /// The tree of a file in place of one that is built.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Tree")]
 pub struct TreeFileArgs {
-    /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md says how it is written
+    /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md says how it is written. Of the passes only orient runs over it
     #[arg(long, value_name = "FILE.bvh",
-          conflicts_with_all = SETTINGS.map(|row| row.key))]
+          conflicts_with_all = SETTINGS.map(|row| row.key).into_iter().filter(|key| *key != OPTIMIZE.key))]
     pub tree: Option<PathBuf>,
 }
 

@@ -20,10 +20,9 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
     let shape = &tree.shape.0;
     // Flags beside the preset make the settings differ from it, so its name is dropped.
     let preset = shape.only_preset();
-    let build = |&container: &ContainerKind| BuildSettings {
-        builder: tree.builder.unwrap_or(BuilderKind::Aac),
-        container,
-        ..shape.settings()
+    let build = |&container: &ContainerKind| {
+        let builder = tree.builder.unwrap_or(BuilderKind::Aac);
+        BuildSettings { builder, ..shape.settings() }.for_container(container)
     };
     let builds: Vec<BuildSettings> = match &tree.container {
         Some(given) => given.0.iter().map(build).collect(),

@@ -13,6 +13,7 @@ use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
 use crate::accel::Follow;
 #[cfg(feature = "gui")]
 use crate::app::{CliOverrides, SettingsUse, StartOptions};
+use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
 use crate::headless::info::InfoCommand;
@@ -30,9 +31,11 @@ use crate::view::CameraChoice;
 use crate::view::NamedView;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::tree::ContainerKind;
 
 pub use measure::{animate, diff, measure, setups, sweep};
-pub use parts::{camera, invalid_passes, load, threads};
+pub use parts::{camera, invalid_passes, invalid_passes_of_file, load, threads};
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
@@ -152,9 +155,14 @@ pub fn tree(args: TreeArgs) -> TreeCommand {
 fn tree_origin(build: &BuildArgs, file: Option<PathBuf>) -> TreeOrigin {
     match file {
         Some(path) => TreeOrigin::File(path),
-        None if build.settings.0.is_empty() => TreeOrigin::OfModel,
+        None if build.settings.0.is_empty() || only_orients(&build.settings.0) => TreeOrigin::OfModel,
         None => TreeOrigin::Built,
     }
+}
+
+/// Whether oriented boxes, which the tree of a file can have too, are all that is asked for.
+fn only_orients(given: &Given) -> bool {
+    given.settings() == BuildSettings::default().for_container(ContainerKind::Oriented)
 }
 
 /// Fails where the picture has no such pixel.

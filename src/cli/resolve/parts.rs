@@ -1,13 +1,13 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
-use crate::catalog::settings::Given;
+use crate::catalog::settings::{Given, OPTIMIZE};
 use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs};
 use crate::cli::values::ViewArg;
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;
 use crate::view::{CameraChoice, NamedView};
-use bvhscope_engine::settings::Pass;
+use bvhscope_engine::settings::{Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
 /// The number of threads to work with: those asked for or all, never more than can run at once.
@@ -19,10 +19,23 @@ pub fn load(args: &LoadArgs) -> LoadOptions {
     LoadOptions { allow_outside: args.allow_outside, scene: args.scene, fps: args.fps }
 }
 
+/// The error message for passes over the tree of a file that would move its nodes, if there are any.
+pub fn invalid_passes_of_file(given: &Given) -> Option<String> {
+    let passes = given.get(&OPTIMIZE).map(|_| given.settings().optimize)?;
+    let moving = passes.without(Pass::Orient);
+    (moving != Passes::NONE).then(|| {
+        format!(
+            "--optimize {moving} with --tree: the tree of a file keeps its nodes; of the passes only '{}' runs over it",
+            Pass::Orient.name()
+        )
+    })
+}
+
 /// The error message for passes that do not support one of the containers, if there are any.
 pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<String> {
     let only_boxes = given.pass_for_boxes()?;
-    let other = containers.iter().find(|container| **container != ContainerKind::Aabb)?;
+    let has_boxes = |kind: &ContainerKind| matches!(kind, ContainerKind::Aabb | ContainerKind::Oriented);
+    let other = containers.iter().find(|container| !has_boxes(container))?;
     Some(format!(
         "the pass '{}' works on boxes only: choose '--container box', or '--optimize {}' for {}",
         only_boxes.name(),

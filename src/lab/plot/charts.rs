@@ -49,7 +49,7 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
 /// The readings with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
 fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<ContainerKind>)> {
     let kinds: Vec<ContainerKind> =
-        ContainerKind::ALL.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
+        ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
     let of_number = |(number, label): (&'static Number, &str)| {
         let chart = |kind: &ContainerKind| (number, format!("{label}, {}", kind.name()), Some(*kind));
         if number.compared.is_some_and(|compared| !compared.across_containers) && kinds.len() > 1 {

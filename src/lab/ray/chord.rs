@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use bvhscope_engine::geometry::{Aabb, Dop14, Ray, Sphere};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Ray, Sphere};
 use bvhscope_engine::tree::AnyTree;
 
 /// The distances between which `ray` is inside of the container of `node`, cut to its interval; `None` where it misses.
@@ -11,6 +11,7 @@ pub(super) fn chord(tree: &AnyTree, node: u32, ray: &Ray) -> Option<[f32; 2]> {
         AnyTree::Aabb(tree) => in_box(&tree.nodes.get(node as usize)?.container, ray),
         AnyTree::Sphere(tree) => in_sphere(&tree.nodes.get(node as usize)?.container, ray)?,
         AnyTree::Dop14(tree) => in_dop(&tree.nodes.get(node as usize)?.container, ray),
+        AnyTree::Oriented(tree) => in_oriented(&tree.nodes.get(node as usize)?.container, ray),
     };
     let [near, far] = [near.max(f64::from(ray.t_min.max(0.0))), far.min(f64::from(ray.t_max))];
     (near <= far).then_some([near as f32, far as f32])
@@ -29,6 +30,15 @@ fn in_dop(container: &Dop14, ray: &Ray) -> [f64; 2] {
     Dop14::DIAGONALS.into_iter().enumerate().fold(in_box(&container.bounds, ray), |inside, (at, normal)| {
         in_slab(inside, normal, [container.low[at], container.high[at]], ray)
     })
+}
+
+fn in_oriented(container: &OrientedBox, ray: &Ray) -> [f64; 2] {
+    let whole = [f64::NEG_INFINITY, f64::INFINITY];
+    container
+        .normals
+        .into_iter()
+        .enumerate()
+        .fold(whole, |inside, (at, normal)| in_slab(inside, normal, [container.low[at], container.high[at]], ray))
 }
 
 /// The part of `inside` between two planes at the dot products `planes` with `normal`.

@@ -49,6 +49,7 @@ impl<'a> TreeNodes<'a> {
             (AnyWideTree::Aabb(wide), AnyTree::Aabb(tree)) => children(wide, child, tree, root),
             (AnyWideTree::Sphere(wide), AnyTree::Sphere(tree)) => children(wide, child, tree, root),
             (AnyWideTree::Dop14(wide), AnyTree::Dop14(tree)) => children(wide, child, tree, root),
+            (AnyWideTree::Oriented(wide), AnyTree::Oriented(tree)) => children(wide, child, tree, root),
             _ => Vec::new(),
         };
         self.known.extend(found);

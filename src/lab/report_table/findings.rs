@@ -15,7 +15,7 @@ pub(super) fn findings(rows: &[Measurement]) -> Vec<String> {
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
         finding(of(ContainerKind::Aabb)?, of(kind)?).map(|text| format!("{}: {text}.", name_among(model, &all)))
     };
-    let others = ContainerKind::ALL.into_iter().filter(|kind| !ContainerKind::OF_PAPER.contains(kind));
+    let others = ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| !ContainerKind::OF_PAPER.contains(kind));
     let pairs = all.iter().flat_map(|model| others.clone().map(move |kind| (*model, kind)));
     pairs.filter_map(|(model, kind)| sentence(model, kind)).collect()
 }

@@ -90,11 +90,14 @@ pub(super) fn costs(rows: &[Measurement]) -> String {
     )
 }
 
-/// Cost of a container test in these rows: "1 (1.5 of polytopes)".
+/// Cost of a container test in these rows: "1 (1.5 of polytopes and oriented boxes)".
 pub(super) fn container_test(rows: &[Measurement]) -> String {
-    let dops = rows.iter().map(|row| row.container).find(|kind| *kind == ContainerKind::Dop14);
-    let of_dops = dops.map_or_else(String::new, |kind| format!(" ({} of {})", kind.traversal_cost(), kind.plural()));
-    format!("{TRAVERSAL_COST}{of_dops}")
+    let costs_more =
+        |kind: &ContainerKind| kind.traversal_cost() > TRAVERSAL_COST && rows.iter().any(|row| row.container == *kind);
+    let others: Vec<ContainerKind> = ContainerKind::WITH_ORIENTED.into_iter().filter(costs_more).collect();
+    let Some(cost) = others.first().map(|kind| kind.traversal_cost()) else { return TRAVERSAL_COST.to_string() };
+    let names: Vec<&str> = others.iter().map(|kind| kind.plural()).collect();
+    format!("{TRAVERSAL_COST} ({cost} of {})", names.join(" and "))
 }
 
 /// The distinct models, in order of first appearance.

@@ -46,7 +46,7 @@ pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
 fn kinds_of(rows: &[Measurement]) -> Vec<ContainerKind> {
     let is_shown =
         |kind: &ContainerKind| ContainerKind::OF_PAPER.contains(kind) || rows.iter().any(|row| row.container == *kind);
-    ContainerKind::ALL.into_iter().filter(is_shown).collect()
+    ContainerKind::WITH_ORIENTED.into_iter().filter(is_shown).collect()
 }
 
 /// One line per model with each container and the box's ratio to each other one for each value; below it its trees from files and the
@@ -138,7 +138,7 @@ fn papers_line(name: &str, pairs: &[Option<[f64; 2]>], others: usize) -> Vec<Str
 /// A sentence for each model and each container beside the box: which is better, by how much.
 fn conclusions(rows: &[Measurement]) -> Vec<String> {
     let models = models(rows);
-    let others = ContainerKind::ALL.into_iter().filter(|kind| *kind != ContainerKind::Aabb);
+    let others = ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| *kind != ContainerKind::Aabb);
     let pairs = models.iter().flat_map(|model| others.clone().map(move |other| (*model, other)));
     let sentence = |(model, other): (&str, ContainerKind)| {
         let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();

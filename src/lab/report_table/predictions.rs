@@ -71,7 +71,7 @@ fn correlations(rows: &[Measurement], populations: &[Population]) -> Option<Repo
     let names = models(rows);
     for &model in &names {
         let of_model: Vec<Measurement> = rows.iter().filter(|row| row.model == model).cloned().collect();
-        for container in ContainerKind::ALL {
+        for container in ContainerKind::WITH_ORIENTED {
             for &population in populations {
                 let trees: Vec<_> =
                     predicted_trees(&of_model, container, population).into_iter().map(|(_, tree)| tree).collect();

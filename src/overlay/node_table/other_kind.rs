@@ -3,7 +3,7 @@
 use super::table::NodeTable;
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use bvhscope_engine::kernel::par_collect;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::with_tree;
@@ -12,16 +12,17 @@ use bvhscope_engine::with_tree;
 const NODES_PER_CHECK: usize = 1 << 14;
 
 impl NodeTable {
-    /// Computes those of the containers of other `kinds` than the tree's, in the order of [`ContainerKind::ALL`], that are not known
-    /// yet, in the calling thread's rayon pool.
-    pub fn complete(&self, kinds: [bool; 3], token: &CancelToken) -> Result<(), Cancelled> {
+    /// Computes those of the containers of other `kinds` than the tree's, in the order of [`ContainerKind::WITH_ORIENTED`], that are not
+    /// known yet, in the calling thread's rayon pool.
+    pub fn complete(&self, kinds: [bool; 4], token: &CancelToken) -> Result<(), Cancelled> {
         let triangles = &self.accel.scene.triangles;
-        for kind in ContainerKind::ALL {
+        for kind in ContainerKind::WITH_ORIENTED {
             if !kinds[kind as usize] || self.knows(kind) {
                 continue;
             }
             match kind {
-                ContainerKind::Aabb => {
+                // Drawn as boxes in a tree that has none.
+                ContainerKind::Aabb | ContainerKind::Oriented => {
                     let boxes = with_tree!(&self.accel.tree, tree => containers(tree, triangles, token)?);
                     self.boxes.get_or_init(|| boxes);
                 }
@@ -38,22 +39,33 @@ impl NodeTable {
         Ok(())
     }
 
-    /// The containers of a kind are known without another pass over the tree: the tree's own are, and a polytope's box.
+    /// The containers of a kind are known without another pass over the tree: the tree's own are, and the box of a polytope or an oriented box.
     pub(super) fn knows(&self, kind: ContainerKind) -> bool {
         kind == self.container_kind()
             || match kind {
-                ContainerKind::Aabb => self.container_kind() == ContainerKind::Dop14 || self.boxes.get().is_some(),
+                ContainerKind::Aabb | ContainerKind::Oriented => {
+                    self.container_kind() != ContainerKind::Sphere || self.boxes.get().is_some()
+                }
                 ContainerKind::Sphere => self.spheres.get().is_some(),
                 ContainerKind::Dop14 => self.dops.get().is_some(),
             }
     }
 
-    /// The box of `node`: the tree's own, or a polytope's, or in a tree of spheres the tight box around the triangles of the subtree.
+    /// The box of `node`: the tree's own, or that of a polytope or of an oriented box, or in a tree of spheres the tight box around the triangles of the subtree.
     pub fn node_box(&self, node: u32) -> Aabb {
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
             AnyTree::Dop14(tree) => tree.nodes[node as usize].container.bounds,
+            AnyTree::Oriented(tree) => tree.nodes[node as usize].container.bounds,
             AnyTree::Sphere(tree) => self.boxes.get_or_init(|| containers_at_once(tree, &self.accel))[node as usize],
+        }
+    }
+
+    /// The oriented box of `node`: the tree's own or, in a tree of other containers, the plain box.
+    pub fn node_oriented(&self, node: u32) -> OrientedBox {
+        match &self.accel.tree {
+            AnyTree::Oriented(tree) => tree.nodes[node as usize].container,
+            _ => OrientedBox::plain(self.node_box(node)),
         }
     }
 

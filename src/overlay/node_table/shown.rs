@@ -11,6 +11,7 @@ use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::overlay::viewpoint::{Measure, Viewpoint};
 use crate::section::SectionPlane;
+use bvhscope_engine::geometry::{Aabb, OrientedBox};
 use bvhscope_engine::tree::{Container, ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 
@@ -132,12 +133,14 @@ impl NodeTable {
     fn is_cut_away(&self, node: u32, plane: &SectionPlane, settings: &OverlaySettings) -> bool {
         let own = self.container_kind();
         let kinds = settings.kinds(own);
-        let none = kinds == [false; 3];
-        let [boxes, spheres, dops] = ContainerKind::ALL.map(|kind| kinds[kind as usize] || none && own == kind);
+        let none = kinds == [false; 4];
+        let [boxes, spheres, dops, oriented] =
+            ContainerKind::WITH_ORIENTED.map(|kind| kinds[kind as usize] || none && own == kind);
         // A polytope lies in its box.
         (!boxes || plane.cuts_away(&self.node_box(node)))
             && (!spheres || plane.cuts_away_sphere(&self.node_sphere(node)))
             && (!dops || plane.cuts_away(&self.node_dop(node).bounds))
+            && (!oriented || plane.cuts_away(&around_corners(&self.node_oriented(node))))
     }
 
     /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings` say, whatever depths these choose.
@@ -215,7 +218,7 @@ impl NodeTable {
             ColorBy::Size => fitted(&|node| self.area_share(node)),
             ColorBy::Regret => fitted(&|node| self.regret(node)),
             ColorBy::Growth => fitted(&|node| self.growth(node)),
-            ColorBy::Overlap | ColorBy::Survival => [0.0, 1.0],
+            ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => [0.0, 1.0],
             ColorBy::Primitives => fitted(&|node| self.primitives(node) as f32),
         }
     }
@@ -259,6 +262,11 @@ impl NodeTable {
             [nodes, depths]
         })
     }
+}
+
+/// The box along the axes around an oriented box, which may reach farther than what it encloses.
+fn around_corners(container: &OrientedBox) -> Aabb {
+    Aabb::around(container.corners().map(glam::DVec3::as_vec3))
 }
 
 /// Rank of a node in the budget: its size on screen, or its area where there is no viewpoint.

@@ -11,7 +11,7 @@ use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Dop14, Sphere};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, OrientedKind, Sphere};
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree, node_metrics};
 use bvhscope_engine::with_tree;
@@ -114,11 +114,11 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes, 50 to 100
+    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes of either kind, 50 to 100
     /// polytopes, or 40 to 60 spheres, are drawn: more cannot be told apart on a screen.
     pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
         let most = match self.container_kind() {
-            ContainerKind::Aabb => 200,
+            ContainerKind::Aabb | ContainerKind::Oriented => 200,
             ContainerKind::Sphere => 60,
             ContainerKind::Dop14 => 100,
         };
@@ -290,14 +290,14 @@ impl NodeTable {
             ColorBy::Primitives => self.accel.known_ancestry().is_some(),
             ColorBy::Regret => self.accel.known_regrets().is_some(),
             ColorBy::Growth => self.accel.built_areas().is_some(),
-            ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival => true,
+            ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => true,
         };
         let depth = self.drawn_depths(settings);
         let wanted = settings.kinds(own);
         OverlaySettings {
             depth: Some(if is_listed { depth } else { depth.map(|depth| depth.min(deepest)) }),
             color_by: if has_color { settings.color_by } else { ColorBy::Depth },
-            ..settings.with_kinds(ContainerKind::ALL.map(|kind| wanted[kind as usize] && self.knows(kind)))
+            ..settings.with_kinds(ContainerKind::WITH_ORIENTED.map(|kind| wanted[kind as usize] && self.knows(kind)))
         }
     }
 
@@ -334,8 +334,26 @@ impl NodeTable {
         if built > 0.0 { with_tree!(&self.accel.tree, tree => tree.area(node)) / built } else { 1.0 }
     }
 
+    /// Kind of an oriented box as the colour scale shows it: 0 for a plain one, 0.5 for a fitted, 1 for a skewed one. 0 in trees of
+    /// other containers.
+    pub(super) fn planes(&self, node: u32) -> f32 {
+        match self.node_kind(node) {
+            None | Some(OrientedKind::Plain) => 0.0,
+            Some(OrientedKind::Fitted) => 0.5,
+            Some(OrientedKind::Skewed) => 1.0,
+        }
+    }
+
+    /// Kind of the oriented box of `node`; `None` in trees of other containers.
+    pub fn node_kind(&self, node: u32) -> Option<OrientedKind> {
+        match &self.accel.tree {
+            AnyTree::Oriented(tree) => Some(tree.nodes.get(node as usize)?.container.kind()),
+            _ => None,
+        }
+    }
+
     /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box or
-    /// polytope itself, of spheres the smallest sphere around it. None for a leaf and where no two have anything in common.
+    /// polytope itself, of spheres the smallest sphere around it, of oriented boxes the box along the axes. None for a leaf and where no two have anything in common.
     pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
         if self.is_leaf(node) {
             return Vec::new();
@@ -351,6 +369,13 @@ impl NodeTable {
                 .map(|Sphere { center, radius }| OverlayNode {
                     sphere_center: center.to_array(),
                     sphere_radius: radius,
+                    ..plain
+                })
+                .collect(),
+            AnyTree::Oriented(tree) => node_metrics::intersections_of_children(tree, node)
+                .map(|OrientedBox { bounds, .. }| OverlayNode {
+                    box_min: bounds.min.to_array(),
+                    box_max: bounds.max.to_array(),
                     ..plain
                 })
                 .collect(),
@@ -372,10 +397,12 @@ impl NodeTable {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
         let kinds = settings.kinds(own);
-        let [boxes, spheres, dops] = ContainerKind::ALL.map(|kind| kinds[kind as usize] || own == kind);
+        let [boxes, spheres, dops, oriented] =
+            ContainerKind::WITH_ORIENTED.map(|kind| kinds[kind as usize] || own == kind);
         let dop = if dops { self.node_dop(node) } else { Dop14 { bounds: nothing, low: [0.0; 4], high: [0.0; 4] } };
         let bounds = if boxes { self.node_box(node) } else { dop.bounds };
         let sphere = if spheres { self.node_sphere(node) } else { Sphere { center: glam::Vec3::ZERO, radius: 0.0 } };
+        let [corner, edges @ ..] = if oriented { corner_and_edges(&self.node_oriented(node)) } else { [[0.0; 3]; 4] };
         OverlayNode {
             box_min: bounds.min.to_array(),
             depth,
@@ -390,16 +417,26 @@ impl NodeTable {
                 ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
                 ColorBy::Regret => self.regret(node).log2(),
                 ColorBy::Growth => self.growth(node).max(1e-12).log2(),
+                ColorBy::Planes => self.planes(node),
                 ColorBy::Depth | ColorBy::Size | ColorBy::Primitives | ColorBy::Survival => 0.0,
             },
             low: dop.low,
             high: dop.high,
+            corner,
+            edges,
         }
     }
 }
 
 /// Part of the tree's cost from which on regrets have colours of their own.
 const LEAST_REGRET: f32 = 1e-5;
+
+/// A corner of a box and the three edges from there.
+fn corner_and_edges(container: &OrientedBox) -> [[f32; 3]; 4] {
+    let corners = container.corners();
+    let edge = |at: usize| (corners[at] - corners[0]).as_vec3().to_array();
+    [corners[0].as_vec3().to_array(), edge(1), edge(2), edge(4)]
+}
 
 pub(super) fn area<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     tree.area(node).max(0.0)

@@ -223,7 +223,7 @@ except ValueError as error:
     let expected = [
         "written",
         "the number of triangles is missing",
-        "container is 'cone', neither 'box', 'sphere' nor 'dop'",
+        "container is 'cone', neither 'box', 'sphere', 'dop' nor 'oriented'",
         "arity is 1, not 2 to 32",
         "bounds has 5 numbers, not a multiple of 6",
         "bounds has 2 rows, leaves has 1",

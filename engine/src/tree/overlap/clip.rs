@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::geometry::{Aabb, Dop14, Sphere, Triangle, cut};
+use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, cut};
 use crate::tree::container::Container;
 
 /// A container that a triangle can be clipped against.
@@ -48,6 +48,26 @@ impl Clip for Dop14 {
         }
         let mut polygon: ArrayVec<_, 17> = corners.map(glam::Vec3::as_dvec3).into_iter().collect();
         for (normal, limit) in self.half_spaces() {
+            cut(&mut polygon, |point| limit - normal.dot(point));
+            if polygon.len() < 3 {
+                return 0.0;
+            }
+        }
+        area(&polygon)
+    }
+}
+
+impl Clip for OrientedBox {
+    /// Exact, as for boxes.
+    fn clipped_area(&self, triangle: &Triangle, _: &Aabb) -> f64 {
+        // A box that is turned may reach beyond the one around what it encloses, and holds triangles there.
+        let corners = [triangle.a, triangle.b, triangle.c];
+        let mut polygon: ArrayVec<_, 9> = corners.map(glam::Vec3::as_dvec3).into_iter().collect();
+        let half_spaces = self.half_spaces();
+        if half_spaces.iter().all(|(normal, limit)| polygon.iter().all(|point| normal.dot(*point) <= *limit)) {
+            return triangle.area();
+        }
+        for (normal, limit) in half_spaces {
             cut(&mut polygon, |point| limit - normal.dot(point));
             if polygon.len() < 3 {
                 return 0.0;

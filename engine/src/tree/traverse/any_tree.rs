@@ -75,8 +75,9 @@ impl AnyTree {
             Self::Sphere(tree) => {
                 dispatch!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
             }
-            // The test of a polytope takes four lanes on every machine.
+            // The tests of polytopes and of oriented boxes take four lanes on every machine.
             Self::Dop14(tree) => super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, probe),
+            Self::Oriented(tree) => super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, probe),
         }
     }
 

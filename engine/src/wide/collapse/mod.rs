@@ -115,13 +115,14 @@ fn compact_area<C: WideContainer>(tree: &Tree<C>, form: NodeForm) -> f32 {
 }
 
 impl AnyWideTree {
-    /// The wide tree of a `tree` over `triangles`, see [`collapse`]; spheres and polytopes have one form only. A tree that is not binary is made so
+    /// The wide tree of a `tree` over `triangles`, see [`collapse`]; all but boxes have one form only. A tree that is not binary is made so
     /// before, see [`binarize`]: the wide tree has the same leaves or larger ones, but its own nodes above them.
     pub fn new(tree: &AnyTree, triangles: &[Triangle], form: NodeForm, token: &CancelToken) -> Result<Self, Cancelled> {
         Ok(match tree {
             AnyTree::Aabb(tree) => Self::Aabb(collapse(&*binarize(tree, token)?, triangles, form, token)?),
             AnyTree::Sphere(tree) => Self::Sphere(collapse(&*binarize(tree, token)?, triangles, form, token)?),
             AnyTree::Dop14(tree) => Self::Dop14(collapse(&*binarize(tree, token)?, triangles, form, token)?),
+            AnyTree::Oriented(tree) => Self::Oriented(collapse(&*binarize(tree, token)?, triangles, form, token)?),
         })
     }
 }

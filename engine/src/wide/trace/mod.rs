@@ -7,13 +7,36 @@ pub(crate) mod single;
 pub(crate) mod stack;
 pub(crate) mod stream;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 
 use crate::geometry::{Hit, Ray};
 use crate::kernel::simd::baseline;
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::tree::AnyWideTree;
 use crate::with_wide_tree;
+
+/// Evaluates an expression for any kind of tree at a SIMD level: oriented boxes, which are rarely traced and long to compile, at AVX2
+/// or at the level of every machine only.
+macro_rules! for_wide_tree {
+    ($any:expr, $level:expr, $simd:ident, $tree:ident => $body:expr) => {
+        match $any {
+            AnyWideTree::Aabb($tree) => dispatch!($level, $simd => $body),
+            AnyWideTree::Sphere($tree) => dispatch!($level, $simd => $body),
+            AnyWideTree::Dop14($tree) => dispatch!($level, $simd => $body),
+            AnyWideTree::Oriented($tree) => {
+                #[cfg(target_arch = "x86_64")]
+                if let Some($simd) = $level.as_avx2() {
+                    return $simd.vectorize(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+                let $simd = baseline();
+                $body
+            }
+        }
+    };
+}
 
 impl AnyWideTree {
     /// The closest hit of a ray: exactly that of the binary tree.
@@ -44,7 +67,7 @@ impl AnyWideTree {
 
     #[inline(always)]
     fn closest_hit_probed<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> Option<Hit> {
-        with_wide_tree!(self, tree => dispatch!(level, simd => single::closest_hit(simd, tree, ray, probe)))
+        for_wide_tree!(self, level, simd, tree => single::closest_hit(simd, tree, ray, probe))
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
@@ -73,7 +96,7 @@ impl AnyWideTree {
 
     #[inline(always)]
     fn any_hit_probed<P: Probe>(&self, level: Level, ray: &Ray, probe: &mut P) -> bool {
-        with_wide_tree!(self, tree => dispatch!(level, simd => single::any_hit(simd, tree, ray, probe)))
+        for_wide_tree!(self, level, simd, tree => single::any_hit(simd, tree, ray, probe))
     }
 
     /// For each of `rays` whether anything lies on it, written to the first elements of `blocked`. Faster than ray by
@@ -84,11 +107,31 @@ impl AnyWideTree {
     /// If `blocked` is shorter than `rays`.
     pub fn any_hits(&self, level: Level, rays: &[Ray], blocked: &mut [bool]) {
         assert!(blocked.len() >= rays.len(), "{} results for {} rays", blocked.len(), rays.len());
-        with_wide_tree!(self, tree => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)));
+        match self {
+            Self::Aabb(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
+            Self::Sphere(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
+            Self::Dop14(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
+            // Oriented boxes are traced ray by ray: streams and packets would be compiled for them, too.
+            Self::Oriented(_) => {
+                for (ray, blocked) in rays.iter().zip(blocked) {
+                    *blocked = self.any_hit(level, ray);
+                }
+            }
+        }
     }
 
     /// The closest hits of `rays`, written to the first elements of `hits`; see [`packet::closest_hits`].
     pub fn closest_hits(&self, level: Level, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        with_wide_tree!(self, tree => packet::closest_hits(level, tree, rays, hits));
+        match self {
+            Self::Aabb(tree) => packet::closest_hits(level, tree, rays, hits),
+            Self::Sphere(tree) => packet::closest_hits(level, tree, rays, hits),
+            Self::Dop14(tree) => packet::closest_hits(level, tree, rays, hits),
+            Self::Oriented(_) => {
+                assert!(hits.len() >= rays.len(), "{} results for {} rays", hits.len(), rays.len());
+                for (ray, hit) in rays.iter().zip(hits) {
+                    *hit = self.closest_hit(level, ray);
+                }
+            }
+        }
     }
 }

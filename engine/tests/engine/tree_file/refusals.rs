@@ -92,7 +92,7 @@ fn broken() -> Vec<(Vec<u8>, &'static str)> {
         (without("arrays"), "the header has no 'arrays'"),
         (
             with("container", json!("kdop")),
-            "the header has \"kdop\" as 'container' where \"box\", \"sphere\" or \"dop\" is expected",
+            "the header has \"kdop\" as 'container' where \"box\", \"sphere\", \"dop\" or \"oriented\" is expected",
         ),
         (with("arity", json!(1)), "the header has 1 as 'arity' where a whole number from 2 to 32 is expected"),
         (with("arity", json!(33)), "the header has 33 as 'arity' where a whole number from 2 to 32 is expected"),

@@ -1,6 +1,6 @@
 //! Trees that were written and read again.
 
-use bvhscope_engine::geometry::{Aabb, Dop14, Sphere, Triangle};
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use bvhscope_engine::settings::{BuilderKind, Passes};
 use bvhscope_engine::tree::{Container, ContainerKind, Tree};
 use bvhscope_engine::tree_file::serde_json::{Value, json};
@@ -219,5 +219,6 @@ proptest! {
         check_random::<Aabb>(&triangles, arity, seed);
         check_random::<Sphere>(&triangles, arity, seed);
         check_random::<Dop14>(&triangles, arity, seed);
+        check_random::<OrientedBox>(&triangles, arity, seed);
     }
 }

@@ -7,6 +7,7 @@ use crate::app::state::{AppState, before_passes};
 use crate::app::widgets::{Header, SliderSpec, check, combo, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -33,6 +34,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 ColorBy::Growth => {
                     "Its surface now over that when the tree was built, in trees that are kept or fitted while the model moves"
                 }
+                ColorBy::Planes => "Whether an oriented box is a plain one, turned to fit or skewed: see the pass Orient",
                 ColorBy::Survival => {
                     "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
                 }
@@ -45,7 +47,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve(ui, state);
         });
-        let shown = state.drawn_kinds() != [false; 3];
+        let shown = state.drawn_kinds() != [false; 4];
         let (drawn, wanted) = state.layout.graphics.overlay_counts;
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
@@ -82,7 +84,7 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
                 let mut kinds = overlay.kinds(kind);
-                let [boxes, spheres, _] = &mut kinds;
+                let [boxes, spheres, ..] = &mut kinds;
                 let by_hand = check(ui, boxes, "Boxes", "Draw the boxes around nodes")
                     | check(ui, spheres, "Spheres", "Draw the spheres around nodes");
                 if by_hand {
@@ -91,7 +93,12 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
             });
             ui.horizontal(|ui| {
                 let mut kinds = overlay.kinds(kind);
-                if check(ui, &mut kinds[2], "DOPs", "Draw the polytopes of 14 planes around nodes") {
+                let mut by_hand = check(ui, &mut kinds[2], "DOPs", "Draw the polytopes of 14 planes around nodes");
+                if kind == ContainerKind::Oriented || kinds[3] {
+                    let tip = "Draw the turned and skewed boxes of a tree after the pass Orient";
+                    by_hand |= check(ui, &mut kinds[3], "Oriented", tip);
+                }
+                if by_hand {
                     *overlay = overlay.with_kinds(kinds);
                 }
                 let tip = "Draw what the tree is built of, also after that changes";

@@ -129,6 +129,15 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
             let radius = format::significant(f64::from(table.node_sphere(node).radius));
             statistic(ui, state, &Statistic::new("Radius", radius).tip("Radius of its sphere, in the file's unit"));
         }
+        ContainerKind::Oriented => {
+            let container = table.node_oriented(node);
+            let kind = Statistic::new("Planes", container.kind().label().to_owned());
+            let tip = "A plain box lies along the axes, a fitted one is turned, a skewed one lies between planes of the 14-DOP";
+            statistic(ui, state, &kind.tip(tip));
+            let tip = "Surface area over that of the plain box: the less, the more the turned planes help";
+            let text = format::percent(f64::from(container.share_of_plain()));
+            statistic(ui, state, &Statistic::new("Of its box", text).tip(tip));
+        }
         ContainerKind::Dop14 => {
             let dop = table.node_dop(node);
             let of_box = f64::from(dop.half_area()) / f64::from(dop.bounds.half_area());
@@ -174,6 +183,7 @@ fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         ContainerKind::Aabb => "the box",
         ContainerKind::Sphere => "the box around the sphere",
         ContainerKind::Dop14 => "the box around the polytope",
+        ContainerKind::Oriented => "the plain box",
     };
     for (name, which, at) in [("From", "Lower", bounds.min), ("To", "Upper", bounds.max)] {
         let tip = format!("{which} corner of {box_of}: x, y and z in the file's unit");

@@ -172,7 +172,7 @@ fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice
 }
 
 fn checks(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
-    let Value::Any { options, get, set, refusal } = &setting.value else { return };
+    let Value::Any { options, get, set, refusal, .. } = &setting.value else { return };
     row(ui, setting.label, setting.tip, |ui| {
         let checks = |ui: &mut Ui| {
             for (index, option) in options().iter().enumerate() {

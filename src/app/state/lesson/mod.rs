@@ -16,7 +16,7 @@ use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
 
 /// The built-in lessons, in the order of the menu.
-pub const LESSONS: [&str; 7] = [
+pub const LESSONS: [&str; 8] = [
     include_str!("../../../../assets/lessons/1-what-a-tree-saves.txt"),
     include_str!("../../../../assets/lessons/2-two-phases.txt"),
     include_str!("../../../../assets/lessons/3-threshold-and-reduction.txt"),
@@ -24,6 +24,7 @@ pub const LESSONS: [&str; 7] = [
     include_str!("../../../../assets/lessons/5-when-sah-lies.txt"),
     include_str!("../../../../assets/lessons/6-why-here.txt"),
     include_str!("../../../../assets/lessons/7-refit-or-rebuild.txt"),
+    include_str!("../../../../assets/lessons/8-blade-of-grass.txt"),
 ];
 
 /// The lesson that is being read.

@@ -1,0 +1,163 @@
+//! Faces of oriented boxes, and what two of them have in common.
+
+use arrayvec::ArrayVec;
+use glam::{DVec3, Vec3};
+
+use super::aabb::Aabb;
+use super::dop_faces::cut;
+use super::oriented::{OrientedBox, OrientedKind};
+
+/// Most corners of a face while it is cut: four, and one more for each plane of another box.
+const MAX_CORNERS: usize = 10;
+/// Part of a box's size by which points may lie outside of a plane and still count as on it, in double precision.
+const ON_PLANE: f64 = 1e-12;
+
+/// A face that may have been cut: a convex polygon.
+type Polygon = ArrayVec<DVec3, MAX_CORNERS>;
+
+impl OrientedBox {
+    /// The twelve edges, as pairs of [`OrientedBox::corners`].
+    pub const EDGES: [[usize; 2]; 12] =
+        [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+
+    /// The corners of each face, counter-clockwise as seen from outside or all clockwise, in the order of
+    /// [`OrientedBox::half_spaces`].
+    pub(crate) fn faces(&self) -> [[DVec3; 4]; 6] {
+        let corners = self.corners();
+        std::array::from_fn(|side| {
+            let axis = side / 2;
+            let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
+            let first = (side % 2) << axis;
+            let turn = if side % 2 == 1 { [0, u, u | v, v] } else { [0, v, u | v, u] };
+            turn.map(|corner| corners[first | corner])
+        })
+    }
+
+    /// The parts of the surface of the intersection with `other`, a box that is not empty either: the faces of each that lie in the
+    /// other one. Those in which faces of both lie on each other are there once.
+    fn common_faces(&self, other: &Self) -> Vec<Polygon> {
+        let largest = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
+        let tolerance = ON_PLANE * f64::from(largest);
+        let mut found = Vec::new();
+        for (own, cutting, is_second) in [(self, other, false), (other, self, true)] {
+            let planes = cutting.half_spaces();
+            for (face, plane) in own.faces().into_iter().zip(own.half_spaces()) {
+                if is_second && planes.contains(&plane) {
+                    continue;
+                }
+                let mut polygon: Polygon = face.into_iter().collect();
+                for (normal, limit) in planes {
+                    // A face is not cut by planes that it lies in.
+                    cut(&mut polygon, |point| limit - normal.dot(point) + tolerance);
+                }
+                if polygon.len() >= 3 {
+                    found.push(polygon);
+                }
+            }
+        }
+        found
+    }
+
+    /// Half of the surface area of the intersection; 0 where the two are disjoint.
+    pub fn intersection_half_area(&self, other: &Self) -> f32 {
+        let common = self.bounds.intersection(&other.bounds);
+        if self.is_empty() || other.is_empty() {
+            return 0.0;
+        }
+        if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
+            return common.half_area();
+        }
+        let area = |polygon: &Polygon| {
+            let fan = (1..polygon.len() - 1).map(|i| (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]));
+            fan.sum::<DVec3>().length() * 0.5
+        };
+        (self.common_faces(other).iter().map(area).sum::<f64>() * 0.5) as f32
+    }
+
+    /// The smallest box along the axes around the intersection; [`OrientedBox::EMPTY`] where the two are disjoint.
+    #[must_use]
+    pub fn intersection_bounds(&self, other: &Self) -> Self {
+        if self.is_empty() || other.is_empty() {
+            return Self::EMPTY;
+        }
+        let bounds = if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
+            self.bounds.intersection(&other.bounds)
+        } else {
+            Aabb::around(self.common_faces(other).into_iter().flatten().map(DVec3::as_vec3))
+        };
+        if bounds.is_empty() { Self::EMPTY } else { Self::plain(bounds) }
+    }
+
+    /// The directions of the planes, each of length 1.
+    pub fn unit_normals(&self) -> [Vec3; 3] {
+        self.normals.map(|normal| normal.as_dvec3().normalize().as_vec3())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Triangle;
+    use crate::geometry::sphere::tests::numbers;
+
+    /// Boxes around three random triangles each.
+    fn boxes() -> Vec<OrientedBox> {
+        let mut number = numbers();
+        let mut point = || Vec3::new(number(), number(), number());
+        (0..60).map(|_| OrientedBox::around_triangle(&Triangle { a: point(), b: point(), c: point() * 2.0 })).collect()
+    }
+
+    /// A box that is not flat around the place of `container`.
+    fn thickened(container: &OrientedBox) -> OrientedBox {
+        let planes = |sign: f32, planes: [f32; 3]| planes.map(|plane| plane + sign * 0.3);
+        let mut found =
+            OrientedBox { low: planes(-1.0, container.low), high: planes(1.0, container.high), ..*container };
+        found.bounds = Aabb::around(found.corners().map(DVec3::as_vec3));
+        found
+    }
+
+    #[test]
+    fn what_two_boxes_share_is_measured_as_by_the_lines_that_meet_it() {
+        let mut number = numbers();
+        let boxes: Vec<OrientedBox> = boxes().iter().map(thickened).collect();
+        let mut shared = 0;
+        for pair in boxes.windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            let area = f64::from(a.intersection_half_area(&b));
+            assert!((area - f64::from(b.intersection_half_area(&a))).abs() < 1e-4, "{area}");
+            assert!(area <= f64::from(a.half_area().min(b.half_area())) * 1.0001);
+            // Of the lines through a, those that meet both meet them in common with the ratio of areas (Cauchy–Crofton).
+            let (mut hits, lines) = (0, 4_000);
+            for _ in 0..lines {
+                let ray = a.random_line(|| f64::from(number().abs()));
+                let [near, far] = [a, b].iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[near, far], container| {
+                    (0..3).fold([near, far], |[near, far], at| {
+                        let normal = container.normals[at].as_dvec3();
+                        let [o, d] = [ray.origin, ray.direction].map(|v| normal.dot(v.as_dvec3()));
+                        let [s, t] = [container.low[at], container.high[at]].map(|plane| (f64::from(plane) - o) / d);
+                        [near.max(s.min(t)), far.min(s.max(t))]
+                    })
+                });
+                hits += u32::from(near <= far);
+            }
+            let found = f64::from(hits) / f64::from(lines) * f64::from(a.half_area());
+            assert!((found - area).abs() < 0.04 * f64::from(a.half_area()), "{found} by lines, {area} by faces");
+            let around = a.intersection_bounds(&b);
+            assert_eq!(around.is_empty(), area == 0.0);
+            shared += usize::from(area > 0.0);
+        }
+        assert!((10..59).contains(&shared), "{shared}");
+    }
+
+    #[test]
+    fn a_box_shares_itself_with_itself() {
+        for container in boxes().iter().map(thickened) {
+            let (area, own) = (container.intersection_half_area(&container), container.half_area());
+            assert!((area / own - 1.0).abs() < 1e-5, "{area} {own}");
+            assert!(container.contains(&container.intersection_bounds(&container), 1e-5));
+        }
+        let [a, b] = [0.0, 5.0].map(|x| OrientedBox::plain(Aabb::around([Vec3::splat(x), Vec3::splat(x + 1.0)])));
+        assert_eq!((a.intersection_half_area(&b), a.intersection_bounds(&b)), (0.0, OrientedBox::EMPTY));
+        assert_eq!(a.intersection_half_area(&a), 3.0);
+    }
+}

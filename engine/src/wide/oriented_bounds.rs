@@ -1,0 +1,164 @@
+//! Eight oriented boxes side by side.
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
+use bytemuck::{Pod, Zeroable};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use glam::Vec3;
+
+use crate::geometry::{Aabb, FAR_SLACK, OrientedBox, OrientedRay, PARALLEL_PAD, Ray};
+use crate::kernel::each;
+use crate::kernel::lanes::Lanes;
+use crate::wide::bounds::{CompactBounds, WideContainer};
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
+use crate::wide::layout::WIDTH;
+use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
+
+/// Eight oriented boxes. Rays are tested against the planes alone.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct OrientedLanes {
+    /// For each pair of planes the coordinates of the direction across them.
+    pub(crate) normals: [[[f32; WIDTH]; 3]; 3],
+    /// For each pair the lower and the upper plane.
+    pub(crate) planes: [[[f32; WIDTH]; 2]; 3],
+    /// The boxes along the axes around what they enclose.
+    pub(crate) boxes: BoxLanes,
+}
+
+/// Oriented boxes have no smaller form.
+impl CompactBounds<OrientedBox> for OrientedLanes {
+    fn pack(lanes: &Self, _: usize) -> Self {
+        *lanes
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(&self, _: S) -> Self {
+        *self
+    }
+
+    fn load(&self, lane: usize) -> OrientedBox {
+        OrientedBox::load(self, lane)
+    }
+
+    fn holds(&self, lane: usize, container: &OrientedBox) -> bool {
+        OrientedBox::load(self, lane) == *container
+    }
+}
+
+/// A ray prepared for tests against eight oriented boxes.
+pub struct OrientedLaneRay<S: Simd> {
+    origin: [f32x8<S>; 3],
+    direction: [f32x8<S>; 3],
+    pad: f32x8<S>,
+    t_min: f32x8<S>,
+}
+
+impl<S: Simd> LaneTest<S, OrientedLanes> for OrientedLaneRay<S> {
+    #[inline(always)]
+    fn intersect(&self, simd: S, bounds: &OrientedLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (entered, entry) = OrientedBox::intersect(simd, bounds, self, t_max);
+        (entered.to_bitmask() as u32, entry.to_array())
+    }
+}
+
+impl RayRows for OrientedBox {
+    const OTHER_ROWS: usize = 6;
+
+    /// Origin and direction.
+    #[inline(always)]
+    fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
+        let ([ox, oy, oz], [dx, dy, dz], unused) = (origin, direction, V::splat(simd, 0.0));
+        [ox, oy, oz, dx, dy, dz, unused, unused, unused]
+    }
+}
+
+#[allow(private_interfaces, reason = "only the kernels of wide trees prepare rays")]
+impl WideContainer for OrientedBox {
+    type Bounds = OrientedLanes;
+    const EMPTY_BOUNDS: OrientedLanes = OrientedLanes {
+        normals: [
+            [[1.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]],
+            [[0.0; WIDTH], [1.0; WIDTH], [0.0; WIDTH]],
+            [[0.0; WIDTH], [0.0; WIDTH], [1.0; WIDTH]],
+        ],
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        boxes: Aabb::EMPTY_BOUNDS,
+    };
+    type Prepared<S: Simd> = OrientedLaneRay<S>;
+    type Fused<S: Simd> = OrientedLaneRay<S>;
+    type Compact = OrientedLanes;
+    const HAS_COMPACT: bool = false;
+
+    fn nonempty_area(&self) -> f32 {
+        self.nonempty_half_area()
+    }
+
+    fn store(&self, bounds: &mut OrientedLanes, lane: usize) {
+        self.bounds.store(&mut bounds.boxes, lane);
+        for at in 0..3 {
+            for axis in 0..3 {
+                bounds.normals[at][axis][lane] = self.normals[at][axis];
+            }
+            (bounds.planes[at][0][lane], bounds.planes[at][1][lane]) = (self.low[at], self.high[at]);
+        }
+    }
+
+    fn load(bounds: &OrientedLanes, lane: usize) -> Self {
+        let [low, high] = [0, 1].map(|side| bounds.planes.map(|planes| planes[side][lane]));
+        let normals = bounds.normals.map(|normal| Vec3::from(normal.map(|coordinates| coordinates[lane])));
+        Self { bounds: Aabb::load(&bounds.boxes, lane), normals, low, high }
+    }
+
+    #[inline(always)]
+    fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> OrientedLaneRay<S> {
+        let [origin, direction] = [0, 3].map(|row| Vec3::from(each!(axis => rays.others[row + axis][at % N])));
+        let ray = OrientedRay::of(origin, direction);
+        OrientedLaneRay {
+            origin: each!(axis => f32x8::splat(simd, ray.origin[axis])),
+            direction: each!(axis => f32x8::splat(simd, ray.direction[axis])),
+            pad: f32x8::splat(simd, ray.pad),
+            t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
+        }
+    }
+
+    #[inline(always)]
+    fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(OrientedLaneRay<S>, TriangleLanes<1>)> {
+        None
+    }
+
+    /// With the rounding of [`OrientedBox::entry`].
+    #[inline(always)]
+    fn intersect<S: Simd>(
+        simd: S,
+        bounds: &OrientedLanes,
+        ray: &OrientedLaneRay<S>,
+        t_max: f32,
+    ) -> (mask32x8<S>, f32x8<S>) {
+        let (one, largest) = (f32x8::splat(simd, 1.0), f32x8::splat(simd, f32::MAX));
+        let parallel_pad = ray.pad + PARALLEL_PAD;
+        let (mut entry, mut exit) = (ray.t_min, largest);
+        for at in 0..3 {
+            let [x, y, z] = each!(axis => f32x8::load_array_ref(simd, &bounds.normals[at][axis]));
+            let [low, high] = each_plane(simd, &bounds.planes[at]);
+            let origin = x * ray.origin[0] + y * ray.origin[1] + z * ray.origin[2];
+            let reciprocal = one / (x * ray.direction[0] + y * ray.direction[1] + z * ray.direction[2]);
+            let crosses = reciprocal.abs().simd_le(largest);
+            let inverse = crosses.select(reciprocal, largest);
+            let pad = crosses.select(ray.pad, parallel_pad);
+            let (t0, t1) = ((low - (origin + pad)) * inverse, (high - (origin - pad)) * inverse);
+            entry = entry.max(t0.min(t1));
+            exit = exit.min(t0.max(t1) * FAR_SLACK);
+        }
+        let [low, high] = each_plane(simd, &bounds.planes[0]);
+        // Empty boxes are inverted and must stay misses.
+        let entered = entry.simd_le(exit.min(f32x8::splat(simd, t_max))) & low.simd_le(high);
+        (entered, entry)
+    }
+}
+
+/// The lower and the upper planes of a pair.
+#[inline(always)]
+fn each_plane<S: Simd>(simd: S, [low, high]: &[[f32; WIDTH]; 2]) -> [f32x8<S>; 2] {
+    [f32x8::load_array_ref(simd, low), f32x8::load_array_ref(simd, high)]
+}
