@@ -82,7 +82,9 @@ pub(super) fn around(
             for (point, map) in points.iter().zip(&mut maps) {
                 for part in chunk.chunks(POLL_INTERVAL) {
                     token.check()?;
-                    part.iter().for_each(|triangle| draw(triangle, *point, map));
+                    for triangle in part {
+                        draw(triangle, *point, map);
+                    }
                 }
             }
             Ok(maps)
