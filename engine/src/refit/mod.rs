@@ -32,6 +32,7 @@
 //! ```
 
 mod bottom_up;
+mod on_boxes;
 mod partial;
 mod rotate;
 mod whole_clip;
@@ -42,12 +43,12 @@ pub use whole_clip::build_for_poses;
 pub use wide::WideRefit;
 
 use bottom_up::{ToChildren, fit};
+use on_boxes::on_boxes;
 use rotate::rotate;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::OrientedBox;
 use crate::geometry::Triangle;
-use crate::optimize::{orient, reinsert_worst, write_in_order};
+use crate::optimize::{reinsert_worst, write_in_order};
 use crate::tree::{AnyTree, Tree, with_built_tree};
 
 /// Fits all containers of a tree of any arity to its triangles, in the calling thread's rayon pool. `triangles` is the list that the tree
@@ -112,19 +113,4 @@ pub fn refit_and_reinsert(
         write_in_order(tree, token)?;
     }
     Ok(gain)
-}
-
-/// Does `work` with the plain boxes of `tree`, then chooses oriented ones anew.
-fn on_boxes<R, E: From<Cancelled>>(
-    tree: &mut Tree<OrientedBox>,
-    triangles: &[Triangle],
-    token: &CancelToken,
-    work: impl FnOnce(&mut AnyTree) -> Result<R, E>,
-) -> Result<R, E> {
-    let mut boxes = AnyTree::Aabb(tree.to_plain(token)?);
-    let result = work(&mut boxes)?;
-    if let AnyTree::Oriented(oriented) = orient(boxes, triangles, token)? {
-        *tree = oriented;
-    }
-    Ok(result)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::bottom_up::{FitInterior as _, ToChildren, fit};
-use super::on_boxes;
+use super::on_boxes::on_boxes;
 use crate::aac::ClusterContainer;
 use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
