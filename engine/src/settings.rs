@@ -133,7 +133,7 @@ impl Pass {
         }
     }
 
-    /// Whether it works on boxes only: it needs unions that do not depend on the order of their operands, and kernels of six numbers.
+    /// True if it works on boxes only: it needs unions that do not depend on the order of their operands, and kernels of six numbers.
     pub const fn boxes_only(self) -> bool {
         !matches!(self, Self::Collapse)
     }

@@ -51,7 +51,7 @@ pub enum Job {
 }
 
 impl Job {
-    /// Whether trees of oriented boxes are measured, beside which those of files get them, too.
+    /// True if trees of oriented boxes are measured, so that those of files get them, too.
     pub fn orients(&self) -> bool {
         let makes_them = |setup: &Setup| setup.build.tree_container() == ContainerKind::Oriented;
         match self {

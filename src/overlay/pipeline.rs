@@ -237,7 +237,7 @@ impl OverlayPipeline {
         let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
         self.overlap.upload(device, queue, &overlap);
         self.overlap_kind = match table.container_kind() {
-            // What they have in common is shown by the box around it.
+            // Their common part is shown by the box around it.
             ContainerKind::Oriented => ContainerKind::Aabb,
             own => own,
         };

@@ -70,7 +70,8 @@ impl ContainerKind {
 
     /// Cost of a test of one container by the surface area heuristic, in the unit of
     /// [`INTERSECTION_COST`](super::statistics::INTERSECTION_COST): 1 for boxes and spheres, half as much again for
-    /// polytopes and oriented boxes, the ratio of 4.5 to 3 that Káčerik and Bittner (*SOBB: Skewed Oriented Bounding Boxes for Ray Tracing*, 2025) take.
+    /// polytopes and oriented boxes, the ratio of 4.5 to 3 that Káčerik and Bittner (*SOBB: Skewed Oriented Bounding Boxes for Ray
+    /// Tracing*, 2025) take.
     pub const fn traversal_cost(self) -> f32 {
         match self {
             Self::Aabb | Self::Sphere => 1.0,
@@ -83,7 +84,7 @@ impl ContainerKind {
 pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static {
     /// Kind of this container.
     const KIND: ContainerKind;
-    /// What tests of this container need of a ray beside [`PreparedRay`].
+    /// The part of a ray that tests of this container need beside [`PreparedRay`].
     type RayPart: Copy;
     /// The container of nothing; the neutral element of [`Container::union`].
     const EMPTY: Self;
@@ -120,7 +121,7 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn bounds(&self) -> Aabb;
     /// Whether `point` lies inside, within `slack` in world units.
     fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
-    /// Whether `other` lies inside, within `slack` in world units; for oriented boxes, whether what it encloses may.
+    /// True if `other` lies inside, within `slack` in world units; for oriented boxes, if its contents may.
     fn contains(&self, other: &Self, slack: f32) -> bool;
     /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common part of boxes or polytopes, of the [`Lens`]
     /// between two spheres. 0 where the two are disjoint.

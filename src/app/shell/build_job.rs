@@ -65,7 +65,7 @@ impl PartialEq for BuildKey {
 }
 
 impl BuildKey {
-    /// Whether a tree that is read gets oriented boxes: the one setting that it has.
+    /// True if a tree that is read gets oriented boxes: the one setting that it has.
     fn orients(&self) -> bool {
         self.settings.optimize.contains(Pass::Orient)
     }

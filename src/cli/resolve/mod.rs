@@ -160,7 +160,7 @@ fn tree_origin(build: &BuildArgs, file: Option<PathBuf>) -> TreeOrigin {
     }
 }
 
-/// Whether oriented boxes, which the tree of a file can have too, are all that is asked for.
+/// True if all that is asked for is oriented boxes, which the tree of a file can have too.
 fn only_orients(given: &Given) -> bool {
     given.settings() == BuildSettings::default().for_container(ContainerKind::Oriented)
 }
