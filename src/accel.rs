@@ -14,11 +14,11 @@ use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::construction::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
 use bvhscope_engine::fingerprint;
-use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
+use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
     AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
