@@ -189,6 +189,7 @@ impl<C: ClusterContainer> Items<C> {
     }
 
     /// Joins each pair of neighbours that are nearest to each other where [`Items::distances`] allows it.
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     fn join(&mut self) {
         let distances = self.distances(baseline());
         let (mut from, mut to) = (0, 0);
