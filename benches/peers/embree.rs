@@ -26,6 +26,8 @@ const BUFFER_VERTEX: c_uint = 1;
 const GEOMETRY_TRIANGLE: c_uint = 0;
 /// Flag of scenes whose geometries change often.
 const SCENE_DYNAMIC: c_uint = 1;
+/// Flag of scenes in which no ray slips between triangles that share an edge (`RTC_SCENE_FLAG_ROBUST`).
+const SCENE_ROBUST: c_uint = 4;
 
 /// How carefully Embree builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +52,22 @@ impl Quality {
             Self::High => "high",
             Self::Refit => "refit",
         }
+    }
+}
+
+/// How a scene is built and traced.
+#[derive(Debug, Clone, Copy)]
+pub struct Mode {
+    /// Build quality.
+    pub quality: Quality,
+    /// Watertight, as this engine is: rays take another test of triangles and boxes.
+    pub is_robust: bool,
+}
+
+impl Mode {
+    /// Its name in tables.
+    pub fn name(self) -> String {
+        format!("{}{}", self.quality.name(), if self.is_robust { " robust" } else { "" })
     }
 }
 
@@ -135,8 +153,8 @@ impl Mesh {
 pub struct Scene<'a> {
     /// The library that it belongs to.
     pub library: &'static Library,
-    /// Build quality.
-    pub quality: Quality,
+    /// Build quality and test.
+    pub mode: Mode,
     scene: *mut c_void,
     /// Bytes of tree and triangles; the shared vertices are not counted.
     bytes: usize,
@@ -158,10 +176,12 @@ impl Drop for Scene<'_> {
 }
 
 /// Builds.
-pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a> {
+pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
+    let Mode { quality, is_robust } = mode;
     let before = HELD_BYTES.load(Ordering::Relaxed);
     let Common {
         new_scene,
+        set_scene_flags,
         set_scene_quality,
         new_geometry,
         set_geometry_quality,
@@ -176,6 +196,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
     // have the counts, strides and padding that Embree requires.
     let scene = unsafe {
         let scene = new_scene(device.device);
+        set_scene_flags(scene, if is_robust { SCENE_ROBUST } else { 0 });
         set_scene_quality(scene, quality as c_uint);
         let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
         set_geometry_quality(geometry, quality as c_uint);
@@ -191,7 +212,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, quality: Quality) -> Scene<'a
     };
     device.check();
     let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
-    Scene { library: device.library, quality, scene, bytes, mesh: std::marker::PhantomData }
+    Scene { library: device.library, mode, scene, bytes, mesh: std::marker::PhantomData }
 }
 
 /// A dynamic scene of vertices of its own, which move.
@@ -217,7 +238,8 @@ impl<'a> DynamicScene<'a> {
             attach_geometry(scene, geometry);
             (scene, geometry)
         };
-        let scene = Scene { library: device.library, quality, scene, bytes: 0, mesh: std::marker::PhantomData };
+        let mode = Mode { quality, is_robust: false };
+        let scene = Scene { library: device.library, mode, scene, bytes: 0, mesh: std::marker::PhantomData };
         let dynamic = Self { scene, geometry, vertices };
         dynamic.commit();
         device.check();
@@ -231,7 +253,7 @@ impl<'a> DynamicScene<'a> {
         // SAFETY: scene and geometry are alive, and so are the buffers.
         unsafe {
             set_scene_quality(self.scene.scene, Quality::Low as c_uint);
-            set_geometry_quality(self.geometry, self.scene.quality as c_uint);
+            set_geometry_quality(self.geometry, self.scene.mode.quality as c_uint);
             update_buffer(self.geometry, BUFFER_VERTEX, 0);
             commit_geometry(self.geometry);
             commit_scene(self.scene.scene);
@@ -281,16 +303,22 @@ pub fn qualities(slow: bool) -> &'static [Quality] {
     if slow { &[Quality::Low, Quality::Medium, Quality::High] } else { &[Quality::Low, Quality::Medium] }
 }
 
+/// The ways to build and to trace that are measured.
+pub fn modes(slow: bool) -> Vec<Mode> {
+    let both = |&quality: &Quality| [false, true].map(|is_robust| Mode { quality, is_robust });
+    qualities(slow).iter().flat_map(both).collect()
+}
+
 /// Every build.
 pub fn builders<'a>(device: &'a Device, mesh: &'a Mesh, threads: usize, slow: bool) -> Vec<Builder<'a>> {
-    let builder = |&quality: &Quality| Builder {
+    let builder = |mode: Mode| Builder {
         engine: device.library.name,
-        name: quality.name().to_owned(),
+        name: mode.name(),
         threads,
         // Rays are traced through what is committed; Embree hands out no binary tree of it.
-        build: Box::new(move || BuildTimes { binary: None, ready: timed(|| commit(device, mesh, quality)) }),
+        build: Box::new(move || BuildTimes { binary: None, ready: timed(|| commit(device, mesh, mode)) }),
     };
-    qualities(slow).iter().map(builder).collect()
+    modes(slow).into_iter().map(builder).collect()
 }
 
 /// The tree to be measured: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
@@ -304,7 +332,7 @@ pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) 
             name: quality.name().to_owned(),
             leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
             tree,
-            bytes: Some(commit(device, mesh, quality).bytes),
+            bytes: Some(commit(device, mesh, Mode { quality, is_robust: false }).bytes),
         }
     };
     qualities(slow).iter().map(judge).collect()

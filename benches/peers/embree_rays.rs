@@ -219,7 +219,7 @@ fn of_version<'a, const MORE: usize>(scene: &'a Scene<'a>) -> Vec<Interface<'a>>
 fn interface<'a>(scene: &Scene, name: &'static str, prepare: impl Fn(&'a Workload) -> Run<'a> + 'a) -> Interface<'a> {
     Interface {
         engine: scene.library.name,
-        setting: scene.quality.name().to_owned(),
+        setting: scene.mode.name(),
         name,
         prepare: Box::new(move |work| Some(prepare(work))),
     }

@@ -23,6 +23,7 @@ pub fn settings(slow: bool) -> Vec<(String, BuildSettings)> {
     };
     let mut settings = vec![
         setting(Preset::Fast, ContainerKind::Aabb),
+        setting(Preset::Swift, ContainerKind::Aabb),
         setting(Preset::Hq, ContainerKind::Aabb),
         setting(Preset::Best, ContainerKind::Aabb),
         setting(Preset::Fast, ContainerKind::Sphere),

@@ -17,6 +17,7 @@ mod engine;
 mod foreign;
 mod measure;
 mod motion;
+mod newest;
 mod obvhs_peer;
 mod obvhs_tree;
 mod packed;
@@ -86,7 +87,8 @@ struct Flags {
     /// Print one JSON object a line instead of tables
     #[arg(long)]
     json: bool,
-    /// Add the rows to this file too, with machine, date and commit, in place of an older run with the same flags
+    /// Add the rows to this file too, with machine, date and commit, in place of an older run with the same flags;
+    /// the oldest runs leave where the file would have more than 300 kB
     #[arg(long)]
     append: Option<PathBuf>,
 }

@@ -185,8 +185,8 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         outcome.trees = tree_rows(judged, triangles, &works);
     }
     if traced {
-        let (mesh, qualities) = (&mesh, embree::qualities(plan.slow));
-        let scenes = |device| qualities.iter().map(move |&quality| embree::commit(device, mesh, quality));
+        let (mesh, modes) = (&mesh, &embree::modes(plan.slow));
+        let scenes = |device| modes.iter().map(move |&mode| embree::commit(device, mesh, mode));
         let scenes: Vec<Scene> = devices.iter().flat_map(scenes).collect();
         for &threads in &plan.threads {
             let parts = works.each_ref().map(|work| in_parts(work, threads));

@@ -1,6 +1,5 @@
 //! Rows kept in a file, each with the machine, the day and the commit that it was measured with.
 
-use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::Write as _;
 use std::path::Path;
@@ -11,6 +10,7 @@ use bvhscope::provenance::{date, machine};
 use bvhscope_engine::kernel::SimdLevel;
 use serde_json::{Value, json};
 
+use crate::newest::{MAX_BYTES, newest};
 use crate::packed::pack;
 
 /// Machine, date, commit and flags of this run, which every row has beside its numbers.
@@ -43,23 +43,11 @@ pub fn append(rows: &[Value], path: &Path) -> anyhow::Result<()> {
     file.write_all(text.as_bytes()).with_context(name)
 }
 
-/// Removes the rows of a file that the same machine has measured again with the same flags.
+/// Removes the rows of a file that the same machine has measured again with the same flags, and the oldest beyond [`MAX_BYTES`].
 pub fn keep_newest(path: &Path) -> anyhow::Result<()> {
     let name = || format!("--append {}", path.display());
     let text = std::fs::read_to_string(path).with_context(name)?;
-    let mut newest: BTreeMap<[String; 2], String> = BTreeMap::new();
-    let mut lines = Vec::new();
-    for line in text.lines() {
-        let run: Value = serde_json::from_str(line).with_context(name)?;
-        let [machine, flags, date] =
-            ["machine", "flags", "date"].map(|name| run[name].as_str().unwrap_or_default().to_owned());
-        let key = [machine, flags];
-        let known = newest.entry(key.clone()).or_default();
-        *known = date.clone().max(std::mem::take(known));
-        lines.push((line, key, date));
-    }
-    let kept = lines.iter().filter(|(_, key, date)| newest.get(key) == Some(date));
-    let text: String = kept.map(|(line, ..)| format!("{line}\n")).collect();
+    let text = newest(&text, MAX_BYTES).with_context(name)?;
     std::fs::write(path, text).with_context(name)
 }
 

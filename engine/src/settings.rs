@@ -8,6 +8,9 @@ use crate::tree::ContainerKind;
 pub enum BuilderKind {
     /// Approximate agglomerative clustering (Gu et al., HPG 2013).
     Aac,
+    /// Approximate agglomerative clustering of leaf blocks: neighbours along the curve are joined into leaves of up to four
+    /// primitives before, for a faster build.
+    Swift,
     /// Linear BVH: splits where the highest differing bit of the Morton codes flips (Lauterbach et al., 2009).
     Lbvh,
     /// Top-down splits by the surface area heuristic, estimated at bin boundaries (Wald, 2007). Not with spheres.
@@ -20,12 +23,13 @@ pub enum BuilderKind {
 
 impl BuilderKind {
     /// Every builder, in the order in which menus list them.
-    pub const ALL: [Self; 5] = [Self::Aac, Self::Lbvh, Self::BinnedSah, Self::Exact, Self::None];
+    pub const ALL: [Self; 6] = [Self::Aac, Self::Swift, Self::Lbvh, Self::BinnedSah, Self::Exact, Self::None];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Aac => "aac",
+            Self::Swift => "swift",
             Self::Lbvh => "lbvh",
             Self::BinnedSah => "binned-sah",
             Self::Exact => "exact",
@@ -33,10 +37,16 @@ impl BuilderKind {
         }
     }
 
+    /// Whether it clusters by the threshold and exponent of [`BuildSettings`].
+    pub const fn is_aac(self) -> bool {
+        matches!(self, Self::Aac | Self::Swift)
+    }
+
     /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Aac => "AAC",
+            Self::Swift => "AAC of leaf blocks",
             Self::Lbvh => "LBVH (Morton)",
             Self::BinnedSah => "Binned SAH",
             Self::Exact => "Exact agglomerative",
@@ -209,12 +219,12 @@ pub struct BuildSettings {
     /// The bounding volume.
     pub container: ContainerKind,
     /// The traversal stopping threshold δ in primitives: a range of fewer is clustered, not partitioned further. 2 to 64; a higher
-    /// threshold gives a better tree and a slower build. AAC only.
+    /// threshold gives a better tree and a slower build. AAC and Swift only.
     pub threshold: u32,
     /// The exponent ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; a lower ε leaves more clusters, for a better
-    /// tree and a slower build. AAC only.
+    /// tree and a slower build. AAC and Swift only.
     pub epsilon: f32,
-    /// The curve along which primitives are sorted. AAC and LBVH only.
+    /// The curve along which primitives are sorted. AAC, Swift and LBVH only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub curve: Curve,
     /// The passes wanted; those that run are [`BuildSettings::passes`].
@@ -229,6 +239,8 @@ pub struct BuildSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Preset {
+    /// The paper's fast setting over leaf blocks of up to four triangles: the fastest build.
+    Swift,
     /// δ 6, ε 0.2: the paper's fast setting.
     Fast,
     /// δ 12, ε 0.1: the paper's high-quality setting.
@@ -245,12 +257,21 @@ pub enum Preset {
 
 impl Preset {
     /// Every preset, in the order in which menus list them.
-    pub const ALL: [Self; 6] = [Self::Fast, Self::Hq, Self::AacFast, Self::AacHq, Self::Best, Self::Finest];
+    pub const ALL: [Self; 7] =
+        [Self::Swift, Self::Fast, Self::Hq, Self::AacFast, Self::AacHq, Self::Best, Self::Finest];
+
+    /// The builder.
+    pub const fn builder(self) -> BuilderKind {
+        match self {
+            Self::Swift => BuilderKind::Swift,
+            _ => BuilderKind::Aac,
+        }
+    }
 
     /// Threshold δ and exponent ε.
     pub const fn parameters(self) -> (u32, f32) {
         match self {
-            Self::Fast | Self::Best | Self::Finest => (6, 0.2),
+            Self::Swift | Self::Fast | Self::Best | Self::Finest => (6, 0.2),
             Self::Hq => (12, 0.1),
             Self::AacFast => (4, 0.2),
             Self::AacHq => (20, 0.1),
@@ -260,6 +281,7 @@ impl Preset {
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Swift => "swift",
             Self::Fast => "fast",
             Self::Hq => "hq",
             Self::AacFast => "aac-fast",
@@ -272,6 +294,7 @@ impl Preset {
     /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
+            Self::Swift => "Swift",
             Self::Fast => "Fast",
             Self::Hq => "HQ",
             Self::AacFast => "AAC-Fast",
@@ -284,7 +307,7 @@ impl Preset {
     /// Passes beside the builder's own work.
     pub const fn passes(self) -> Passes {
         match self {
-            Self::Fast | Self::Hq | Self::AacFast | Self::AacHq => Passes::NONE,
+            Self::Swift | Self::Fast | Self::Hq | Self::AacFast | Self::AacHq => Passes::NONE,
             Self::Best => Passes::FINISHED,
             Self::Finest => Passes::ALL,
         }
@@ -310,7 +333,7 @@ impl BuildSettings {
     /// Maximum number of primitives of [`BuilderKind::Exact`], which takes quadratic time.
     pub const MAX_EXACT_PRIMITIVES: usize = 20_000;
 
-    /// Settings of AAC with the parameters of `preset`.
+    /// Settings with builder and parameters of `preset`.
     ///
     /// ```
     /// use bvhscope_engine::{BuildSettings, ContainerKind, Passes, Preset};
@@ -325,7 +348,7 @@ impl BuildSettings {
     pub const fn preset(preset: Preset, container: ContainerKind) -> Self {
         let (threshold, epsilon) = preset.parameters();
         Self {
-            builder: BuilderKind::Aac,
+            builder: preset.builder(),
             container,
             threshold,
             epsilon,

@@ -41,7 +41,7 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, slo
             }));
         }
         // AAC's rows stand above, and without a tree there is nothing to compare.
-        let others = BuilderKind::ALL.into_iter().filter(|kind| !matches!(kind, BuilderKind::Aac | BuilderKind::None));
+        let others = BuilderKind::ALL.into_iter().filter(|kind| !(kind.is_aac() || *kind == BuilderKind::None));
         for builder in others {
             let build = BuildSettings { builder, ..base };
             if build.refusal(primitive_count).is_none() {

@@ -17,6 +17,7 @@ use crate::aac::build_tree::{Forest, TreeBuilder};
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
+use crate::aac::leaf_blocks::LeafBlocks;
 use crate::aac::leaf_order::order_leaves;
 use crate::aac::recursion::{Recursion, recursion_of};
 use crate::aac::reduction::Reduction;
@@ -25,7 +26,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
-use crate::settings::BuildSettings;
+use crate::settings::{BuildSettings, BuilderKind};
 use crate::stage_times::StageTimes;
 use crate::tree::statistics::Sums;
 use crate::tree::{Node, Tree};
@@ -50,15 +51,41 @@ pub fn build_bvh<C: ClusterContainer>(
         }
         None => sort_primitives(triangles, bounds, settings.curve, token, times)?,
     };
-    let node_count = 2 * triangles.len() - 1;
+    let joined = join(triangles, &input, settings, token, times)?;
+    let items = joined.as_ref().map_or(&input, |joined| &joined.blocks);
+    let node_count = 2 * items.len() - 1;
     let nodes = cache.as_deref_mut().map_or_else(|| bytemuck::zeroed_vec(node_count), |cache| cache.nodes(node_count));
-    let mut sums = cache.is_some().then(Sums::default);
-    let tree = cluster(triangles, &input, settings, nodes, sums.as_mut(), token, times);
+    // Sums over a tree of blocks would count each as one primitive.
+    let mut sums = (cache.is_some() && joined.is_none()).then(Sums::default);
+    let mut tree = cluster(triangles, items, settings, nodes, sums.as_mut(), token, times);
+    if let (Some(joined), Ok(tree)) = (&joined, &mut tree) {
+        let start = Instant::now();
+        joined.restore(tree, &input, token)?;
+        times.stages.push(("leaves", start.elapsed()));
+    }
     if let Some(cache) = cache {
         cache.store_order(input, settings.curve);
         cache.store_stats(sums.zip(tree.as_ref().ok()).map(|(sums, tree)| sums.into_stats(tree)));
     }
     tree
+}
+
+/// Joins primitives into leaf blocks, where the settings want that.
+fn join<C: ClusterContainer>(
+    triangles: &[Triangle],
+    input: &SortedPrimitives<C>,
+    settings: &BuildSettings,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Option<LeafBlocks<C>>, Cancelled> {
+    if settings.builder != BuilderKind::Swift {
+        return Ok(None);
+    }
+    token.begin_stage("blocks");
+    let start = Instant::now();
+    let joined = LeafBlocks::new(triangles, input, token)?;
+    times.stages.push(("blocks", start.elapsed()));
+    Ok(Some(joined))
 }
 
 /// [`build_bvh`] of the same tree, with the recursion that made it.
@@ -91,7 +118,7 @@ fn cluster<C: ClusterContainer>(
     let start = Instant::now();
     let reduction = Reduction::of(settings);
     let level = SimdLevel::of_builds().level();
-    let plan = TaskPlan::new(input, &reduction, 0..triangles.len());
+    let plan = TaskPlan::new(input, &reduction, 0..input.len());
     let (top, task_nodes) = nodes.split_at_mut(plan.top_len());
 
     // C = build_tree(P)
@@ -109,7 +136,7 @@ fn cluster<C: ClusterContainer>(
 
     token.begin_stage("flatten");
     let start = Instant::now();
-    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, triangles.len(), sums, token)?;
+    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, input.len(), sums, token)?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(Tree { nodes, primitive_indices, max_depth })

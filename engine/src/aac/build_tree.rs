@@ -159,7 +159,10 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
                     }
                     prefetched_to = prefetch_to;
                     for (at, position) in range.clone().enumerate() {
-                        let (fields, primitive) = input.fields(simd, triangles, position);
+                        let (fields, primitive) = match input.block(position) {
+                            Some(block) => (block.fields(), position as u32),
+                            None => input.fields(simd, triangles, position),
+                        };
                         loaded.set(at, Cluster::of_primitive(fields, primitive));
                     }
                     loaded_range = range.clone();

@@ -35,6 +35,11 @@ pub trait ClusterContainer: PrimitiveContainer {
     ) -> Self::Fields<V>;
     /// d(`own`, other) for each lane of `others`: surface area of the union, or a value that increases with it.
     fn merge_distances<S: Simd, V: Lanes<S>>(simd: S, own: &Self::Fields<V>, others: &Self::Fields<V>) -> V;
+    /// [`Container::relative_area`](crate::tree::Container::relative_area) of the union of two at a merge distance.
+    #[inline(always)]
+    fn area_of_distance<S: Simd, V: Lanes<S>>(distance: V) -> V {
+        distance
+    }
 }
 
 impl ClusterContainer for Aabb {
@@ -96,6 +101,11 @@ impl ClusterContainer for Sphere {
         let reach = ((x * x + y * y + z * z).sqrt() + (own[3] + others[3])) * 0.5;
         // The radius increases with the area; a sphere inside the other does not enlarge it.
         reach.max(own[3]).max(others[3])
+    }
+
+    #[inline(always)]
+    fn area_of_distance<S: Simd, V: Lanes<S>>(radius: V) -> V {
+        radius * radius
     }
 }
 

@@ -30,6 +30,7 @@ mod cluster_container;
 mod cluster_row;
 mod pair_writer;
 
+mod leaf_blocks;
 mod leaf_order;
 
 pub mod build_cache;

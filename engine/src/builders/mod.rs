@@ -134,14 +134,16 @@ fn build_kind<C: ClusterContainer>(
     // Beside annealing, nothing else takes long.
     let building = if anneals { token.part(0, ANNEALING_PARTS) } else { token.clone() };
     let tree = match settings.builder {
-        BuilderKind::Aac => build_bvh(triangles, bounds, settings, cache.as_deref_mut(), &building, times),
+        BuilderKind::Aac | BuilderKind::Swift => {
+            build_bvh(triangles, bounds, settings, cache.as_deref_mut(), &building, times)
+        }
         BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, &building, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, &building, times),
         BuilderKind::Exact => exact::build(triangles, &building, times),
         BuilderKind::None => none::build(triangles, &building, times),
     }?;
     let mut tree = optimize(tree, settings, input.sources(), token, times)?;
-    let may_degenerate = anneals || matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact);
+    let may_degenerate = anneals || (settings.builder.is_aac() || settings.builder == BuilderKind::Exact);
     let limited = may_degenerate && limit_depth(&mut tree, token)?;
     if let Some(cache) = cache
         && (limited || settings.passes() != Passes::NONE)

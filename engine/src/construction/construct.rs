@@ -31,7 +31,8 @@ impl Construction {
         if !matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact) {
             let label = settings.builder.label();
             return Err(BuildError::Refused(format!(
-                "{label} merges no clusters: choose {} or {}",
+                "{label} {}: choose {} or {}",
+                if settings.builder.is_aac() { "merges blocks of triangles" } else { "merges no clusters" },
                 BuilderKind::Aac.label(),
                 BuilderKind::Exact.label()
             )));

@@ -95,7 +95,8 @@ pub fn curve_order(
 ) -> Result<CurveOrder, BuildError> {
     if !matches!(settings.builder, BuilderKind::Aac | BuilderKind::Lbvh) {
         let label = settings.builder.label();
-        return Err(BuildError::Refused(format!("{label} follows no curve: choose AAC or LBVH")));
+        let reason = if settings.builder.is_aac() { "partitions blocks of triangles" } else { "follows no curve" };
+        return Err(BuildError::Refused(format!("{label} {reason}: choose AAC or LBVH")));
     }
     check_size(triangles.len(), settings)?;
     if triangles.is_empty() {

@@ -41,6 +41,8 @@ pub struct SortedPrimitives<C: PrimitiveContainer> {
     code_shift: u32,
     /// These trailing bits for the primitives of crowded cells, by position; empty where no cell is crowded.
     crowded: Vec<u64>,
+    /// Containers of blocks of several primitives in sorted order, which are in their places; empty where none are joined.
+    blocks: Vec<C>,
 }
 
 /// Sorts primitives by the codes of their containers' centroids along `curve`. Adds the stages "codes" and "sort".
@@ -84,7 +86,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let start = Instant::now();
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
-    let mut order = SortedPrimitives { cached, keys, index_bits, code_shift, crowded: Vec::new() };
+    let mut order = SortedPrimitives { cached, keys, index_bits, code_shift, crowded: Vec::new(), blocks: Vec::new() };
     let crowded = order.crowded_cells(token);
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
@@ -132,6 +134,21 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         C::from_cached(&self.cached[primitive as usize], &triangles[primitive as usize])
     }
 
+    /// Blocks of these primitives in their places: block `i` has the container `containers[i]` and the code of the primitive at
+    /// the position `starts[i]`, its first.
+    pub(crate) fn in_blocks(&self, starts: &[u32], containers: Vec<C>) -> Self {
+        let of_first = |list: &[u64]| starts.iter().map(|&start| list[start as usize]).collect();
+        let crowded = if self.crowded.is_empty() { Vec::new() } else { of_first(&self.crowded) };
+        let (index_bits, code_shift) = (self.index_bits, self.code_shift);
+        Self { cached: Vec::new(), keys: of_first(&self.keys), index_bits, code_shift, crowded, blocks: containers }
+    }
+
+    /// Container of the block at `position`; `None` where these are primitives.
+    #[inline(always)]
+    pub fn block(&self, position: usize) -> Option<&C> {
+        self.blocks.get(position)
+    }
+
     /// Container fields of the primitive at `position` in sorted order, and its index in the input.
     #[inline(always)]
     pub fn fields<S: Simd>(&self, simd: S, triangles: &[Triangle], position: usize) -> (C::Fields<f32>, u32) {
@@ -143,6 +160,9 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
     /// Prefetches what [`Self::fields`] reads for `position`.
     #[inline(always)]
     pub fn prefetch(&self, triangles: &[Triangle], position: usize) {
+        if !self.blocks.is_empty() {
+            return;
+        }
         let primitive = self.primitive(position) as usize;
         if size_of::<C::CachedBounds>() == 0 {
             prefetch(triangles, primitive);

@@ -181,4 +181,7 @@ fn few_triangles_and_other_builders() {
     let lbvh = BuildSettings { builder: BuilderKind::Lbvh, ..settings };
     let refused = Construction::new(&trees::soup(3, 0.1, 97), &lbvh, &CancelToken::new());
     assert!(matches!(refused, Err(BuildError::Refused(text)) if text.contains("merges no clusters")));
+    let swift = BuildSettings { builder: BuilderKind::Swift, ..settings };
+    let refused = Construction::new(&trees::soup(3, 0.1, 97), &swift, &CancelToken::new());
+    assert!(matches!(refused, Err(BuildError::Refused(text)) if text.contains("merges blocks of triangles")));
 }

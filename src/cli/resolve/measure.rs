@@ -12,7 +12,7 @@ use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
 use crate::view::NamedView;
 use bvhscope_engine::follow::Policy;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 
 /// One setup per container given on the command line, or per container in `containers` of which the builder makes trees.
@@ -20,9 +20,10 @@ pub fn setups(tree: &OneTreeArgs, measure: &MeasureArgs, containers: &[Container
     let shape = &tree.shape.0;
     // Flags beside the preset make the settings differ from it, so its name is dropped.
     let preset = shape.only_preset();
+    let settings = shape.settings();
     let build = |&container: &ContainerKind| {
-        let builder = tree.builder.unwrap_or(BuilderKind::Aac);
-        BuildSettings { builder, ..shape.settings() }.for_container(container)
+        let builder = tree.builder.unwrap_or(settings.builder);
+        BuildSettings { builder, ..settings }.for_container(container)
     };
     let builds: Vec<BuildSettings> = match &tree.container {
         Some(given) => given.0.iter().map(build).collect(),

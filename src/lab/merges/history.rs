@@ -82,6 +82,10 @@ impl History {
             let label = settings.builder.label();
             return Some(match settings.builder {
                 BuilderKind::None => "There is no hierarchy, so nothing was merged".to_owned(),
+                BuilderKind::Swift => format!(
+                    "{label} merges blocks of triangles, which is not recorded: these are its nodes in order of their area, smallest \
+                     first"
+                ),
                 _ => format!(
                     "{label} splits from the top and merges nothing: these are its nodes in order of their area, smallest first"
                 ),

@@ -5,10 +5,11 @@ use serde_json::Value;
 use super::rows::{Rows, Shown, rate, source};
 
 /// Every table.
-pub const NAMES: [&str; 8] = ["ready", "ready-one", "trees", "rays", "single", "engines", "picture", "paper"];
+pub const NAMES: [&str; 9] = ["ready", "ready-one", "trees", "rays", "single", "robust", "engines", "picture", "paper"];
 
-/// Settings with their names in tables, and the peer's setting that each is compared with.
-const SETTINGS: [(&str, &str, &str); 14] = [
+/// Settings with their names in tables.
+const SETTINGS: [Setting; 19] = [
+    ("bvhscope", "box swift", "Swift"),
     ("bvhscope", "box fast", "Fast"),
     ("bvhscope", "box hq", "HQ"),
     ("bvhscope", "box best", "Best"),
@@ -16,15 +17,20 @@ const SETTINGS: [(&str, &str, &str); 14] = [
     ("embree", "low", "Embree LOW"),
     ("embree", "medium", "Embree MEDIUM"),
     ("embree", "high", "Embree HIGH"),
+    ("embree", "low robust", "Embree robust LOW"),
+    ("embree", "medium robust", "Embree robust MEDIUM"),
     ("embree 4", "low", "Embree 4 LOW"),
     ("embree 4", "medium", "Embree 4 MEDIUM"),
     ("embree 4", "high", "Embree 4 HIGH"),
+    ("embree 4", "low robust", "Embree 4 robust LOW"),
+    ("embree 4", "medium robust", "Embree 4 robust MEDIUM"),
     ("obvhs", "fastest", "obvhs fastest"),
     ("obvhs", "medium", "obvhs medium"),
     ("tinybvh", "default", "tinybvh"),
     ("tinybvh", "hq", "tinybvh HQ"),
 ];
-const COMPARED: [(&str, &str); 3] = [("Fast", "LOW"), ("HQ", "MEDIUM"), ("Best", "MEDIUM")];
+const COMPARED: [(&str, &str); 4] =
+    [("Swift", "Embree LOW"), ("Fast", "Embree LOW"), ("HQ", "Embree MEDIUM"), ("Best", "Embree MEDIUM")];
 const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlusion"), ("diffuse", "diffuse")];
 
 /// Lines of cells; the first is the header, and after an empty line the next table begins.
@@ -40,8 +46,9 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
         "ready" => ("build", |rows, _, _| ready(rows, most_threads(rows))),
         "ready-one" => ("build", |rows, _, _| ready(rows, 1)),
         "trees" => ("tree", |rows, _, _| trees(rows)),
-        "rays" => ("primary", |rows, all, shown| rays(rows, all, shown, "")),
-        "single" => ("primary", |rows, all, shown| rays(rows, all, shown, "single")),
+        "rays" => ("primary", |_, all, shown| rays(all, shown, "", false)),
+        "single" => ("primary", |_, all, shown| rays(all, shown, "single", false)),
+        "robust" => ("primary", |_, all, shown| rays(all, shown, "single", true)),
         "engines" => ("primary", engines),
         "picture" => ("picture", |rows, _, _| pictures(rows)),
         "paper" => ("paper", |rows, _, _| paper(rows)),
@@ -73,29 +80,26 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
 fn contents(name: &str, rows: &[&Value]) -> String {
     let repeat = rows[0]["repeat"].as_u64().map_or_else(String::new, |repeat| format!(", medians of {repeat} rounds"));
     match name {
-        "ready" => format!(
-            "Milliseconds with {} threads{repeat}, binary tree / **ready to trace**, and rates until ready of Embree's.",
-            most_threads(rows)
-        ),
-        "ready-one" => format!(
-            "Milliseconds with one thread{repeat}, binary tree / **ready to trace**, and rates until ready of Embree's."
-        ),
-        "trees" => {
-            "SAH cost with the best leaves; end-point overlap; container and triangle tests per ray through the binary \
-                    tree (primary, ambient occlusion, diffuse); bytes per triangle, ready to trace."
-                .to_owned()
+        "ready" => {
+            format!("Milliseconds with {} threads{repeat}, and rates until ready of Embree's.", most_threads(rows))
         }
-        "rays" => format!("Million rays per second on one thread{repeat}, beside Embree's fastest tree and interface."),
-        "single" => format!("Million rays per second on one thread{repeat}, one ray at a time, beside Embree's."),
-        "engines" => format!(
-            "Million rays per second on one thread{repeat}, one ray at a time: primary, ambient occlusion, diffuse."
+        "ready-one" => format!("Milliseconds with one thread{repeat}, and rates until ready of Embree's."),
+        "trees" => "SAH cost with the best leaves, end-point overlap, and container and triangle tests per ray through the binary \
+                    tree; bytes per triangle are those ready to trace."
+            .to_owned(),
+        "rays" => format!("Million rays per second on one thread{repeat}, Best beside Embree's fastest tree and interface."),
+        "single" => format!("Million rays per second on one thread{repeat}, one ray at a time, Best beside Embree's."),
+        "robust" => format!(
+            "Million rays per second on one thread{repeat}, one ray at a time, Best beside Embree's robust scenes, which are as \
+             watertight."
         ),
+        "engines" => format!("Million rays per second on one thread{repeat}, one ray at a time."),
         "picture" => format!(
             "Milliseconds from triangles to a picture with {} threads{repeat}: until ready to trace, primary rays, and 1, 16 and \
              256 ambient occlusion rays from each hit.",
             most_threads(rows)
         ),
-        _ => format!("Threshold 6, ε 0.2, 1024×1024 primary rays from the default camera{repeat}; box / sphere."),
+        _ => format!("Threshold 6, ε 0.2, 1024×1024 primary rays from the default camera{repeat}; ratio of box to sphere."),
     }
 }
 
@@ -116,174 +120,194 @@ fn models(rows: &[&Value]) -> Vec<(String, String)> {
     models
 }
 
-/// The row of a setting, by its name in tables.
-fn of_setting<'a>(rows: &[&'a Value], model: &str, threads: u64, name: &str) -> Option<&'a Value> {
-    let (engine, setting, _) = SETTINGS.into_iter().find(|setting| setting.2 == name)?;
-    let is_it = |row: &&&Value| {
-        row["model"] == model && row["engine"] == engine && row["setting"] == setting && row["threads"] == threads
-    };
-    rows.iter().find(is_it).copied()
+/// Name, setting and label of a row of [`SETTINGS`].
+type Setting = (&'static str, &'static str, &'static str);
+/// A column of [`by_scene`]: its title, and its cell for a setting of a scene.
+type Column<'a> = (&'static str, Box<dyn Fn(&Scene<'_>, &Setting) -> Option<String> + 'a>);
+
+/// The rows of a scene.
+struct Scene<'a> {
+    label: String,
+    rows: Vec<&'a Value>,
+}
+
+impl<'a> Scene<'a> {
+    /// The scenes of `rows`, in order of appearance.
+    fn all(rows: &[&'a Value]) -> Vec<Self> {
+        let of_model = |model: &str| rows.iter().filter(|row| row["model"] == model).copied().collect();
+        models(rows).into_iter().map(|(model, label)| Self { label, rows: of_model(&model) }).collect()
+    }
+
+    /// A number of a setting's first row that `is_it`.
+    fn number(&self, (engine, setting, _): &Setting, name: &str, is_it: impl Fn(&Value) -> bool) -> Option<f64> {
+        let own = self.rows.iter().filter(|row| row["engine"] == *engine && row["setting"] == *setting && is_it(row));
+        own.map(|row| &row[name]).find_map(Value::as_f64)
+    }
+}
+
+/// A setting by its name in tables.
+fn setting_of(name: &str) -> Option<&'static Setting> {
+    SETTINGS.iter().find(|setting| setting.2 == name)
+}
+
+/// For each scene a table of the settings that have any of the `columns`, one number a cell.
+fn by_scene(scenes: &[Scene], columns: &[Column]) -> Lines {
+    let mut lines: Lines = Vec::new();
+    for scene in scenes {
+        if !lines.is_empty() {
+            lines.push(Vec::new());
+        }
+        let titles = columns.iter().map(|column| column.0.to_owned());
+        lines.push([scene.label.clone()].into_iter().chain(titles).collect());
+        for setting in &SETTINGS {
+            let cells: Vec<Option<String>> = columns.iter().map(|(_, cell)| cell(scene, setting)).collect();
+            if cells.iter().any(Option::is_some) {
+                let cells = cells.into_iter().map(|cell| cell.unwrap_or_else(|| "–".to_owned()));
+                lines.push([setting.2.to_owned()].into_iter().chain(cells).collect());
+            }
+        }
+    }
+    lines
 }
 
 fn ready(rows: &[&Value], threads: u64) -> Lines {
-    let models = models(rows);
-    let is_measured = |name: &str| models.iter().any(|model| of_setting(rows, &model.0, threads, name).is_some());
-    let settings: Vec<&str> = SETTINGS.iter().map(|setting| setting.2).filter(|name| is_measured(name)).collect();
-    let compared: Vec<(&str, String)> = COMPARED
-        .into_iter()
-        .map(|(own, peer)| (own, format!("Embree {peer}")))
-        .filter(|(own, peer)| is_measured(own) && is_measured(peer))
-        .collect();
-    let mut header = vec!["scene, triangles".to_owned()];
-    header.extend(settings.iter().map(|name| (*name).to_owned()));
-    header.extend(compared.iter().map(|(own, peer)| format!("{own} of {}", peer.trim_start_matches("Embree "))));
-    let mut lines = vec![header];
-    let mut ratios = vec![Vec::new(); compared.len()];
-    for (model, label) in &models {
-        let ms = |name: &str, clock: &str| of_setting(rows, model, threads, name)?[clock].as_f64();
-        let mut line = vec![label.clone()];
-        line.extend(settings.iter().map(|name| match ms(name, "ready_ms") {
-            Some(ready) => format!("{} / **{}**", ms(name, "build_ms").map_or("–".to_owned(), number), number(ready)),
-            None => "–".to_owned(),
-        }));
-        for ((own, peer), ratios) in compared.iter().zip(&mut ratios) {
-            let ratio = ms(peer, "ready_ms").zip(ms(own, "ready_ms")).map(|(peer, own)| peer / own);
-            ratios.extend(ratio);
-            line.push(ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.2}")));
-        }
-        lines.push(line);
-    }
-    if models.len() > 1 && !compared.is_empty() {
-        let mut line = vec!["median".to_owned()];
-        line.extend(settings.iter().map(|_| String::new()));
-        line.extend(ratios.into_iter().map(median));
-        lines.push(line);
-    }
+    let ms =
+        |scene: &Scene, setting: &Setting, clock: &str| scene.number(setting, clock, |row| row["threads"] == threads);
+    let ratio = |scene: &Scene, setting: &Setting| {
+        let (_, peer) = COMPARED.into_iter().find(|(own, _)| *own == setting.2)?;
+        Some(ms(scene, setting_of(peer)?, "ready_ms")? / ms(scene, setting, "ready_ms")?)
+    };
+    let scenes = Scene::all(rows);
+    let columns: [Column; 3] = [
+        ("binary tree", Box::new(|scene, setting| ms(scene, setting, "build_ms").map(number))),
+        ("ready to trace", Box::new(|scene, setting| ms(scene, setting, "ready_ms").map(number))),
+        ("rate of Embree's", Box::new(|scene, setting| ratio(scene, setting).map(|x| format!("{x:.2}")))),
+    ];
+    let mut lines = by_scene(&scenes, &columns);
+    let medians = COMPARED.into_iter().filter_map(|(own, peer)| {
+        let ratios: Vec<f64> = scenes.iter().filter_map(|scene| ratio(scene, setting_of(own)?)).collect();
+        (ratios.len() > 1).then(|| vec![format!("{own} of {peer}"), median(ratios)])
+    });
+    with_all_scenes(&mut lines, "rate, median", medians.collect());
     lines
+}
+
+/// Adds a table over all scenes, if there is any in `all`.
+fn with_all_scenes(lines: &mut Lines, title: &str, all: Lines) {
+    if !all.is_empty() {
+        lines.extend([Vec::new(), vec!["all scenes".to_owned(), title.to_owned()]]);
+        lines.extend(all);
+    }
 }
 
 fn trees(rows: &[&Value]) -> Lines {
-    let is_measured = |engine: &str, setting: &str| {
-        rows.iter().any(|row| row["engine"] == engine && row["setting"] == setting && row["sah_cost"].is_number())
-    };
     // Embree 4 makes the trees of Embree 3.
-    let is_shown = |&(engine, setting, _): &(&str, &str, &str)| engine != "embree 4" && is_measured(engine, setting);
-    let settings: Vec<_> = SETTINGS.into_iter().filter(is_shown).collect();
-    let mut lines = vec![vec!["scene, triangles".to_owned()]];
-    lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
-    for (model, label) in models(rows) {
-        let mut line = vec![label];
-        for (engine, setting, _) in &settings {
-            let is_it = |row: &&&Value| row["model"] == model && row["engine"] == *engine && row["setting"] == *setting;
-            let Some(row) = rows.iter().find(is_it) else {
-                line.push("–".to_owned());
-                continue;
-            };
-            let tests: Vec<String> = KINDS
-                .iter()
-                .filter_map(|(kind, _)| {
-                    let of = |what: &str| row[format!("{kind}_{what}_tests_per_ray")].as_f64();
-                    Some(format!("{:.1}", of("container")? + of("primitive")?))
-                })
-                .collect();
-            let plain =
-                |name: &str, digits: usize| row[name].as_f64().map_or("–".to_owned(), |x| format!("{x:.digits$}"));
-            let parts = [plain("sah_cost", 1), plain("epo", 2), tests.join(", "), plain("bytes_per_triangle", 0)];
-            line.push(parts.join("; "));
-        }
-        lines.push(line);
-    }
+    let scenes = Scene::all(&rows.iter().filter(|row| row["engine"] != "embree 4").copied().collect::<Vec<_>>());
+    let plain = |name: &'static str, digits: usize| -> Column<'_> {
+        let title = if name == "epo" { "overlap" } else { "SAH cost" };
+        (title, Box::new(move |scene, setting| Some(format!("{:.digits$}", scene.number(setting, name, |_| true)?))))
+    };
+    let tests = KINDS.map(|(kind, title)| -> Column<'_> {
+        let cell = move |scene: &Scene, setting: &Setting| {
+            let of = |what: &str| scene.number(setting, &format!("{kind}_{what}_tests_per_ray"), |_| true);
+            Some(format!("{:.1}", of("container")? + of("primitive")?))
+        };
+        (title, Box::new(cell))
+    });
+    let columns: Vec<Column> = [plain("sah_cost", 1), plain("epo", 2)].into_iter().chain(tests).collect();
+    let mut lines = by_scene(&scenes, &columns);
+    let bytes = SETTINGS.iter().filter_map(|setting| {
+        let bytes = scenes.iter().filter_map(|scene| scene.number(setting, "bytes_per_triangle", |_| true));
+        let bytes: Vec<f64> = bytes.collect();
+        (!bytes.is_empty()).then(|| vec![setting.2.to_owned(), number(middle(bytes))])
+    });
+    with_all_scenes(&mut lines, "bytes per triangle, median", bytes.collect());
     lines
 }
 
-/// This engine's Best beside Embree, in the run of `rows`; all interfaces, or the one that is named.
-fn rays(rows: &[&Value], all: &Rows, shown: Shown<'_>, interface: &str) -> Lines {
-    let mut lines = vec![vec!["scene, triangles".to_owned()]];
-    lines[0].extend(KINDS.map(|kind| kind.1.to_owned()));
-    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, shown));
-    let mut ratios = vec![Vec::new(); KINDS.len()];
-    let models = models(rows);
-    for (model, label) in &models {
-        let mut line = vec![label.clone()];
-        for (rows, ratios) in by_kind.iter().zip(&mut ratios) {
+/// This engine's Best beside Embree, in the run of `rows`: all interfaces, or the one that is named, of Embree's settings whose name
+/// ends as `robust` says.
+fn rays(all: &Rows, shown: Shown<'_>, interface: &str, is_robust: bool) -> Lines {
+    let mut lines = Lines::new();
+    for (kind, title) in KINDS {
+        let rows = all.newest(kind, shown);
+        let mut ratios = Vec::new();
+        let mut table = Lines::new();
+        for scene in Scene::all(&rows) {
             let fastest = |engine: &str| {
-                let of_engine = rows.iter().filter(|row| {
-                    let is_own = engine != "bvhscope" || row["setting"] == "box best";
+                let of_engine = scene.rows.iter().filter(|row| {
+                    let setting = row["setting"].as_str().unwrap_or_default();
+                    let is_wanted = if engine == "bvhscope" {
+                        setting == "box best"
+                    } else {
+                        setting.ends_with("robust") == is_robust
+                    };
                     let fits = interface.is_empty() || row["interface"] == interface;
-                    row["model"] == *model && row["engine"] == engine && row["threads"] == 1 && is_own && fits
+                    row["engine"] == engine && row["threads"] == 1 && is_wanted && fits
                 });
                 let rates = of_engine.filter_map(|row| Some((rate(row)?, row["interface"].as_str()?)));
                 rates.max_by(|a, b| a.0.total_cmp(&b.0))
             };
-            line.push(match (fastest("bvhscope"), fastest("embree")) {
-                (Some((own, _)), Some((peer, name))) => {
-                    ratios.push(own / peer);
-                    let name = if interface.is_empty() { format!(" ({name})") } else { String::new() };
-                    format!("{own:.1} of {peer:.1}{name}: {:.2}", own / peer)
-                }
-                _ => "–".to_owned(),
-            });
+            if let (Some((own, _)), Some((peer, name))) = (fastest("bvhscope"), fastest("embree")) {
+                ratios.push(own / peer);
+                let [own_rate, peer_rate] = [own, peer].map(|rate| format!("{rate:.1}"));
+                table.push(vec![scene.label, own_rate, peer_rate, format!("{:.2}", own / peer), name.to_owned()]);
+            }
         }
-        lines.push(line);
-    }
-    if models.len() > 1 {
-        lines.push(["median".to_owned()].into_iter().chain(ratios.into_iter().map(median)).collect());
+        if table.is_empty() {
+            continue;
+        }
+        if !lines.is_empty() {
+            lines.push(Vec::new());
+        }
+        lines.push([title, "this engine", "Embree", "ratio", "Embree's interface"].map(str::to_owned).to_vec());
+        let is_several = table.len() > 1;
+        lines.append(&mut table);
+        if is_several {
+            let none = String::new;
+            lines.push(vec!["median".to_owned(), none(), none(), median(ratios), none()]);
+        }
     }
     lines
 }
 
 /// Single rays through the tree of every setting, in the run of `rows`.
 fn engines(rows: &[&Value], all: &Rows, shown: Shown<'_>) -> Lines {
-    let by_kind = KINDS.map(|(kind, _)| all.newest(kind, shown));
-    let rate_of = |rows: &[&Value], model: &str, (engine, setting, _): &(&str, &str, &str)| {
-        let is_it = |row: &&&Value| {
-            row["model"] == model
-                && row["engine"] == *engine
-                && row["setting"] == *setting
-                && row["threads"] == 1
-                && row["interface"] == "single"
+    let kinds: Vec<&Value> = KINDS.iter().flat_map(|(kind, _)| all.newest(kind, shown)).collect();
+    let scenes: Vec<Scene> = Scene::all(rows)
+        .into_iter()
+        .map(|scene| {
+            let model = &scene.rows[0]["model"];
+            let rows = kinds.iter().filter(|row| row["model"] == *model).copied().collect();
+            Scene { label: scene.label, rows }
+        })
+        .collect();
+    let columns = KINDS.map(|(kind, title)| -> Column<'_> {
+        let cell = move |scene: &Scene, (engine, setting, _): &Setting| {
+            let is_it = |row: &&&Value| {
+                row["part"] == kind
+                    && row["engine"] == *engine
+                    && row["setting"] == *setting
+                    && row["threads"] == 1
+                    && row["interface"] == "single"
+            };
+            Some(format!("{:.1}", rate(scene.rows.iter().find(is_it)?)?))
         };
-        rows.iter().find(is_it).and_then(|row| rate(row))
-    };
-    let models = models(rows);
-    let is_measured = |setting: &_| models.iter().any(|(model, _)| rate_of(rows, model, setting).is_some());
-    let settings: Vec<_> = SETTINGS.into_iter().filter(is_measured).collect();
-    let mut lines = vec![vec!["scene, triangles".to_owned()]];
-    lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
-    for (model, label) in &models {
-        let mut line = vec![label.clone()];
-        line.extend(settings.iter().map(|setting| {
-            let rates = by_kind.iter().map(|rows| rate_of(rows, model, setting));
-            rates.map(|rate| rate.map_or("–".to_owned(), |rate| format!("{rate:.1}"))).collect::<Vec<_>>().join(", ")
-        }));
-        lines.push(line);
-    }
-    lines
+        (title, Box::new(cell))
+    });
+    by_scene(&scenes, &columns)
 }
 
 fn pictures(rows: &[&Value]) -> Lines {
     let threads = most_threads(rows);
-    let models = models(rows);
-    let is_measured = |name: &str| models.iter().any(|model| of_setting(rows, &model.0, threads, name).is_some());
-    let settings: Vec<_> = SETTINGS.into_iter().filter(|setting| is_measured(setting.2)).collect();
-    let mut lines = vec![vec!["scene, triangles".to_owned()]];
-    lines[0].extend(settings.iter().map(|setting| setting.2.to_owned()));
-    for (model, label) in &models {
-        let mut line = vec![label.clone()];
-        for (engine, setting, _) in &settings {
-            let is_it = |row: &&&Value| {
-                row["model"] == *model
-                    && row["engine"] == *engine
-                    && row["setting"] == *setting
-                    && row["threads"] == threads
-            };
-            let times = rows.iter().filter(is_it).filter_map(|row| row["picture_ms"].as_f64());
-            let times: Vec<String> = times.map(number).collect();
-            line.push(if times.is_empty() { "–".to_owned() } else { times.join(", ") });
-        }
-        lines.push(line);
-    }
-    lines
+    let columns = [(1, "1 ray"), (16, "16 rays"), (256, "256 rays")].map(|(samples, title)| -> Column<'_> {
+        let cell = move |scene: &Scene, setting: &Setting| {
+            let is_it = |row: &Value| row["threads"] == threads && row["samples"] == samples;
+            scene.number(setting, "picture_ms", is_it).map(number)
+        };
+        (title, Box::new(cell))
+    });
+    by_scene(&Scene::all(rows), &columns)
 }
 
 /// Results of the paper for its scenes, boxes and spheres: build and trace time in milliseconds, tests per ray.
@@ -299,52 +323,51 @@ const PAPER: [(&str, [[f64; 2]; 3]); 6] = [
 const PAPER_MEANS: [&str; 3] = ["0.77", "0.14", "0.35"];
 
 fn paper(rows: &[&Value]) -> Lines {
-    let mut times = vec![["scene", "build ms", "paper's", "trace ms", "paper's"].map(str::to_owned).to_vec()];
-    let header = ["tests per ray", "ordered", "ratio", "paper's order", "ratio", "paper's", "ratio"];
-    let mut tests = vec![header.map(str::to_owned).to_vec()];
-    let mut ratios = [const { Vec::new() }; 4];
-    let milliseconds = |[a, b]: [f64; 2]| format!("{} / {}", number(a), number(b));
-    for (model, published) in PAPER {
-        let pair = |traversal: &str, column: &str| {
-            ["box", "sphere"].map(|container| {
+    // Title, order of traversal, column, and place in the paper's results.
+    let quantities = [
+        ("build ms", "ordered", "build_ms", 0),
+        ("trace ms", "ordered", "trace_ms", 1),
+        ("tests per ray", "ordered", "tests_per_ray", 2),
+        ("tests per ray, paper's order", "paper", "tests_per_ray", 2),
+    ];
+    let mut lines = Lines::new();
+    for (title, traversal, column, published) in quantities {
+        if !lines.is_empty() {
+            lines.push(Vec::new());
+        }
+        lines.push([title, "box", "sphere", "ratio", "paper's box", "paper's sphere"].map(str::to_owned).to_vec());
+        let mut ratios = Vec::new();
+        for (model, papers) in PAPER {
+            let [own_box, own_sphere] = ["box", "sphere"].map(|container| {
                 let is_it = |row: &&&Value| {
                     row["model"] == model && row["traversal"] == traversal && row["container"] == container
                 };
                 rows.iter().find(is_it).and_then(|row| row[column].as_f64()).unwrap_or(f64::NAN)
-            })
-        };
-        let [build, trace, ordered] = ["build_ms", "trace_ms", "tests_per_ray"].map(|column| pair("ordered", column));
-        let unordered = pair("paper", "tests_per_ray");
-        for (ratios, [a, b]) in ratios.iter_mut().zip([build, trace, ordered, unordered]) {
-            ratios.push(a / b);
+            });
+            ratios.push(own_box / own_sphere);
+            let digit = |value: f64| if column == "tests_per_ray" { format!("{value:.1}") } else { number(value) };
+            let own = [own_box, own_sphere].map(digit);
+            let papers = papers[published].map(|value| format!("{value:.0}"));
+            let ratio = format!("{:.2}", own_box / own_sphere);
+            lines.push([model.to_owned()].into_iter().chain(own).chain([ratio]).chain(papers).collect());
         }
-        let [papers_build, papers_trace, papers_tests] = published;
-        let whole = |[a, b]: [f64; 2]| format!("{a:.0} / {b:.0}");
-        let cells = [milliseconds(build), whole(papers_build), milliseconds(trace), whole(papers_trace)];
-        times.push([model.to_owned()].into_iter().chain(cells).collect());
-        let cells = [ordered, unordered].map(|[a, b]| [format!("{a:.1} / {b:.1}"), format!("{:.2}", a / b)]);
-        let papers = [whole(papers_tests), format!("{:.2}", papers_tests[0] / papers_tests[1])];
-        tests.push([model.to_owned()].into_iter().chain(cells.into_iter().flatten()).chain(papers).collect());
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        let none = String::new;
+        let papers = format!("ratio {}", PAPER_MEANS[published]);
+        lines.push(vec!["mean".to_owned(), none(), none(), format!("{mean:.2}"), papers, none()]);
     }
-    let mean = |ratios: &Vec<f64>| format!("{:.2}", ratios.iter().sum::<f64>() / ratios.len() as f64);
-    let [build, trace, ordered, unordered] = ratios.each_ref().map(mean);
-    let [papers_build, papers_trace, papers_tests] = PAPER_MEANS.map(str::to_owned);
-    times.push(vec!["mean box : sphere".to_owned(), build, papers_build, trace, papers_trace]);
-    let none = String::new;
-    tests.push(vec!["mean".to_owned(), none(), ordered, none(), unordered, none(), papers_tests]);
-    times.push(Vec::new());
-    times.append(&mut tests);
-    times
+    lines
 }
 
-fn median(mut ratios: Vec<f64>) -> String {
-    ratios.sort_by(f64::total_cmp);
-    let middle = ratios.len() / 2;
-    match ratios.len() {
-        0 => "–".to_owned(),
-        count if count % 2 == 1 => format!("{:.2}", ratios[middle]),
-        _ => format!("{:.2}", (ratios[middle - 1] + ratios[middle]) * 0.5),
-    }
+fn median(ratios: Vec<f64>) -> String {
+    if ratios.is_empty() { "–".to_owned() } else { format!("{:.2}", middle(ratios)) }
+}
+
+/// The median of at least one number.
+fn middle(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let middle = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[middle] } else { (numbers[middle - 1] + numbers[middle]) * 0.5 }
 }
 
 /// Two digits or more.

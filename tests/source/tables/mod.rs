@@ -7,6 +7,8 @@
 //! the text between the lines stays as it is.
 
 mod generate;
+#[path = "../../../benches/peers/newest.rs"]
+mod newest;
 #[path = "../../../benches/peers/packed.rs"]
 mod packed;
 mod rows;
@@ -116,19 +118,70 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
     let (text, tables) = with_tables(&document, &rows).unwrap();
     assert_eq!(tables, 3);
     let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
-    assert_eq!(lines[0], "| scene, triangles | Fast | Embree LOW | Fast of LOW |");
-    assert_eq!(lines[2], "| bunny 69,451 | 5.0 / **8.0** | – / **4.0** | 0.50 |");
-    assert_eq!(lines[3], "| dragon 871,198 | 50 / **90** | – / **63** | 0.70 |");
-    assert_eq!(lines[4], "| median | | | 0.60 |");
-    assert_eq!(lines[5], "| scene, triangles | Embree LOW |", "the run with a limit");
-    assert_eq!(lines[8..], ["| scene, triangles | Embree LOW |", "|---|---|", "| terrain 9,999,392 | – / **700** |"]);
+    let titles = "binary tree | ready to trace | rate of Embree's |";
+    let expected = [
+        format!("| bunny 69,451 | {titles}"),
+        "|---|---|---|---|".to_owned(),
+        "| Fast | 5.0 | 8.0 | 0.50 |".to_owned(),
+        "| Embree LOW | – | 4.0 | – |".to_owned(),
+        format!("| dragon 871,198 | {titles}"),
+        "|---|---|---|---|".to_owned(),
+        "| Fast | 50 | 90 | 0.70 |".to_owned(),
+        "| Embree LOW | – | 63 | – |".to_owned(),
+        "| all scenes | rate, median |".to_owned(),
+        "|---|---|".to_owned(),
+        "| Fast of Embree LOW | 0.60 |".to_owned(),
+    ];
+    assert_eq!(lines[..11], expected);
+    assert_eq!(lines[13], "| Embree LOW | – | 6.0 | – |", "the run with a limit");
+    assert_eq!(
+        lines[14..17].concat(),
+        format!("| terrain 9,999,392 | {titles}|---|---|---|---|| Embree LOW | – | 700 | – |")
+    );
     assert!(text.contains("B, 2 threads, 2026-01-03, commit abcdef0123."), "{text}");
     assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.contains("\nafter\n"), "{text}");
     assert!(!text.contains("stale") && !text.contains("old"), "{text}");
     // As the documents' test does: what was written compares equal, and a changed figure does not.
     assert_eq!(with_tables(&text, &rows).unwrap().0, text);
-    let changed = text.replace("**90**", "**80**");
+    let changed = text.replace("| 90 |", "| 80 |");
     assert_ne!(with_tables(&changed, &rows).unwrap().0, changed);
+}
+
+/// What a reader takes in at once.
+#[test]
+fn tables_have_at_most_six_columns_of_one_number_each() {
+    let rows = Rows::parse(&text_of(ROWS)).unwrap();
+    for name in generate::NAMES {
+        let Some(text) = table(name, &rows).unwrap() else { continue };
+        for line in text.lines().filter(|line| line.starts_with('|')) {
+            assert!(line.matches('|').count() <= 7, "{name}: {line}");
+            let cells = line.split('|').map(str::trim).skip(2);
+            let several =
+                cells.filter(|cell| cell.split([' ', '/', ',', ';']).filter(|w| w.parse::<f64>().is_ok()).count() > 1);
+            assert_eq!(several.count(), 0, "{name}: {line}");
+        }
+    }
+}
+
+#[test]
+fn the_file_holds_the_newest_run_of_each_machine_and_flags_and_is_small() {
+    let text = text_of(ROWS);
+    assert!(text.len() <= newest::MAX_BYTES, "{ROWS} has {} bytes", text.len());
+    assert!(newest::newest(&text, newest::MAX_BYTES).unwrap() == text, "{ROWS} holds runs that were measured again");
+
+    let run = |machine: &str, flags: &str, day: u32, part: &str| {
+        format!("{{\"machine\":\"{machine}\",\"flags\":\"{flags}\",\"date\":\"2026-01-0{day}\",\"part\":\"{part}\"}}\n")
+    };
+    let [old, again, other] = [run("A", "", 1, "build"), run("A", "", 3, "build"), run("A", "--simd avx2", 2, "build")];
+    let [first, second] = [run("B", "", 4, "build"), run("B", "", 4, "tree")];
+    let all = [&old[..], &again, &other, &first, &second].concat();
+    let kept = |max_bytes| newest::newest(&all, max_bytes).unwrap();
+    assert_eq!(kept(1000), [&again[..], &other, &first, &second].concat(), "measured again");
+    let all_but_one = again.len() + first.len() + second.len();
+    assert_eq!(kept(all_but_one), [&again[..], &first, &second].concat(), "the oldest leaves");
+    assert_eq!(kept(all_but_one - 1), [&first[..], &second].concat(), "as a whole, and a run with all its parts stays");
+    assert_eq!(kept(1), [&first[..], &second].concat(), "the newest always stays");
+    assert!(newest::newest("nonsense", 1000).is_err());
 }
 
 #[test]

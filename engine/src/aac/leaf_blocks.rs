@@ -1,0 +1,305 @@
+//! Leaf blocks: neighbours along the curve are joined into leaves of up to four primitives before they are clustered, so that
+//! clustering and the wide tree have fewer items to work on.
+//!
+//! In each of two rounds, an item is joined with its neighbour where each is the other's nearest of its two neighbours, as in the
+//! first step of locally ordered clustering with a radius of one (Meister, Bittner, *Parallel Locally-Ordered Clustering for Bounding
+//! Volume Hierarchy Construction*, 2018), and where the surface area heuristic favours one leaf over a node of two, see [`GUARD`].
+
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+#![allow(clippy::needless_range_loop, reason = "several arrays are indexed by the same field")]
+
+use std::ops::Range;
+
+use fearless_simd::{Select, Simd, SimdBase, f32x4};
+use rayon::prelude::*;
+
+use crate::aac::cluster_container::ClusterContainer;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::Triangle;
+use crate::kernel::lanes::Fields;
+use crate::kernel::simd::baseline;
+use crate::order::SortedPrimitives;
+use crate::tree::Tree;
+
+/// Primitives whose blocks are made at once, none across their ends: their items fit the L1 cache.
+const CHUNK: usize = 256;
+/// Maximum number of primitives in a block: as many as the wide tree tests side by side.
+const MAX_BLOCK: f32 = 4.0;
+/// Chunks in a task.
+const CHUNKS: usize = 32;
+/// Maximum cost of a leaf of two items by the surface area heuristic, as a multiple of the cost of a node above them. Found by
+/// experiment: docs/performance.md, "Leaf blocks".
+const GUARD: f32 = 1.25;
+/// Rounds of joining, each of which at most doubles a block.
+const ROUNDS: usize = 2;
+
+/// Blocks of the primitives of a build.
+pub struct LeafBlocks<C: ClusterContainer> {
+    /// The blocks in order along the curve, in place of primitives.
+    pub blocks: SortedPrimitives<C>,
+    /// Position in sorted order of the first primitive of each block, and the number of primitives.
+    starts: Vec<u32>,
+}
+
+/// The blocks of a task.
+struct TaskBlocks<C> {
+    containers: Vec<C>,
+    starts: Vec<u32>,
+}
+
+impl<C: ClusterContainer> LeafBlocks<C> {
+    /// Joins the primitives of `input`, which are `triangles`, into blocks. The same for any number of threads.
+    pub fn new(triangles: &[Triangle], input: &SortedPrimitives<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+        let fork = token.fork();
+        let tasks = (0..input.len()).into_par_iter().step_by(CHUNK * CHUNKS).map(|first| {
+            fork.task(|token| {
+                token.check()?;
+                let end = input.len().min(first + CHUNK * CHUNKS);
+                let mut blocks =
+                    TaskBlocks { containers: Vec::with_capacity(end - first), starts: Vec::with_capacity(end - first) };
+                for start in (first..end).step_by(CHUNK) {
+                    join_chunk(triangles, input, start..end.min(start + CHUNK), &mut blocks);
+                }
+                Ok(blocks)
+            })
+        });
+        let tasks: Vec<TaskBlocks<C>> = tasks.collect::<Result<_, Cancelled>>()?;
+        fork.join();
+        let count = tasks.iter().map(|task| task.starts.len()).sum();
+        let (mut containers, mut starts) = (Vec::with_capacity(count), Vec::with_capacity(count + 1));
+        for task in &tasks {
+            token.check()?;
+            containers.extend_from_slice(&task.containers);
+            starts.extend_from_slice(&task.starts);
+        }
+        let blocks = input.in_blocks(&starts, containers);
+        starts.push(input.len() as u32);
+        Ok(Self { blocks, starts })
+    }
+
+    /// Makes `tree`, over the blocks, one over the primitives of `input`.
+    pub fn restore(
+        &self,
+        tree: &mut Tree<C>,
+        input: &SortedPrimitives<C>,
+        token: &CancelToken,
+    ) -> Result<(), Cancelled> {
+        token.check()?;
+        let mut first_slots = Vec::with_capacity(tree.primitive_indices.len() + 1);
+        let mut primitive_indices = Vec::with_capacity(input.len());
+        for &block in &tree.primitive_indices {
+            first_slots.push(primitive_indices.len() as u32);
+            let range = self.starts[block as usize] as usize..self.starts[block as usize + 1] as usize;
+            primitive_indices.extend(range.map(|position| input.primitive(position)));
+        }
+        first_slots.push(primitive_indices.len() as u32);
+        let fork = token.fork();
+        tree.nodes.par_chunks_mut(CHUNK * CHUNKS).try_for_each(|nodes| {
+            fork.task(|token| {
+                token.check()?;
+                for node in nodes.iter_mut().filter(|node| node.is_leaf()) {
+                    let block = node.first as usize;
+                    node.first = first_slots[block];
+                    node.count = first_slots[block + 1] - node.first;
+                }
+                Ok(())
+            })
+        })?;
+        fork.join();
+        tree.primitive_indices = primitive_indices;
+        Ok(())
+    }
+}
+
+/// The items of a chunk, each one or several primitives that follow one another along the curve. Lists are longer than a chunk by a
+/// vector and what is read beside it.
+struct Items<C: ClusterContainer> {
+    /// Container fields of each item, see [`ClusterContainer::fields`].
+    fields: C::Fields<[f32; CHUNK + 8]>,
+    /// Number of primitives of each item.
+    counts: [f32; CHUNK + 8],
+    len: usize,
+}
+
+impl<C: ClusterContainer> Items<C> {
+    /// The primitives at the positions `range`, at most [`CHUNK`].
+    fn load(triangles: &[Triangle], input: &SortedPrimitives<C>, range: Range<usize>) -> Self {
+        let mut items = Self { fields: C::Fields::splat([0.0; CHUNK + 8]), counts: [1.0; CHUNK + 8], len: range.len() };
+        for (at, position) in range.enumerate() {
+            let (fields, _) = input.fields(baseline(), triangles, position);
+            items.set(at % CHUNK, fields);
+        }
+        items
+    }
+
+    #[inline(always)]
+    fn get(&self, at: usize) -> C {
+        let mut fields = C::Fields::splat(0.0);
+        for field in 0..C::USED_FIELDS {
+            fields[field] = self.fields[field][at];
+        }
+        C::from_fields(fields)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, at: usize, fields: C::Fields<f32>) {
+        for field in 0..C::USED_FIELDS {
+            self.fields[field][at] = fields[field];
+        }
+    }
+
+    /// The containers from `at` on, one per lane.
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, at: usize) -> C::Fields<f32x4<S>> {
+        let mut row = C::Fields::splat(f32x4::splat(simd, 0.0));
+        for field in 0..C::USED_FIELDS {
+            row[field] = f32x4::from_slice(simd, &self.fields[field][at..at + 4]);
+        }
+        row
+    }
+
+    /// Merge distance of each item to the one before it; infinite where a leaf of both costs too much or has too many primitives.
+    #[inline(always)]
+    fn distances<S: Simd>(&self, simd: S) -> [f32; CHUNK + 8] {
+        // The compiler sees that no list is left.
+        let groups = self.len.min(CHUNK).div_ceil(4);
+        let mut costs = [0.0; CHUNK + 8];
+        for group in 0..groups {
+            let at = 4 * group;
+            let row = self.row(simd, at);
+            let area = C::area_of_distance(C::merge_distances(simd, &row, &row));
+            (area * f32x4::from_slice(simd, &self.counts[at..at + 4])).store_slice(&mut costs[at..at + 4]);
+        }
+        let mut distances = [f32::INFINITY; CHUNK + 8];
+        let (guard, node) = (f32x4::splat(simd, GUARD), f32x4::splat(simd, C::KIND.traversal_cost()));
+        let (most, infinity) = (f32x4::splat(simd, MAX_BLOCK), f32x4::splat(simd, f32::INFINITY));
+        for group in 0..groups {
+            let at = 4 * group;
+            let count = f32x4::from_slice(simd, &self.counts[at..at + 4])
+                + f32x4::from_slice(simd, &self.counts[at + 1..at + 5]);
+            let cost = f32x4::from_slice(simd, &costs[at..at + 4]) + f32x4::from_slice(simd, &costs[at + 1..at + 5]);
+            let distance = C::merge_distances(simd, &self.row(simd, at), &self.row(simd, at + 1));
+            let area = C::area_of_distance(distance);
+            let joins = count.simd_le(most) & (area * count).simd_le(guard * (area * node + cost));
+            joins.select(distance, infinity).store_slice(&mut distances[at + 1..at + 5]);
+        }
+        // Beyond the last item there is none.
+        distances[self.len.min(CHUNK)..][..4].fill(f32::INFINITY);
+        distances
+    }
+
+    /// Joins each pair of neighbours that are nearest to each other where [`Items::distances`] allows it.
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
+    fn join(&mut self) {
+        let distances = self.distances(baseline());
+        let (mut from, mut to) = (0, 0);
+        while from < self.len {
+            let at = from % CHUNK;
+            let [before, own, after] = [distances[at], distances[at + 1], distances[at + 2]];
+            // Of two equal distances the first counts.
+            let joins = usize::from((own < before) & (own <= after));
+            // Without a branch, which could not be predicted: an item that stays is joined with itself.
+            let union = self.get(at).union(&self.get(at + joins));
+            self.set(to % CHUNK, union.fields());
+            self.counts[to % CHUNK] = self.counts[at] + [0.0, self.counts[at + 1]][joins];
+            from += 1 + joins;
+            to += 1;
+        }
+        self.len = to;
+    }
+}
+
+/// Appends the blocks of the primitives at the positions `range`, at most [`CHUNK`], to `blocks`.
+fn join_chunk<C: ClusterContainer>(
+    triangles: &[Triangle],
+    input: &SortedPrimitives<C>,
+    range: Range<usize>,
+    blocks: &mut TaskBlocks<C>,
+) {
+    // The next chunk's, while this one's are joined.
+    for position in range.end..input.len().min(range.end + CHUNK) {
+        input.prefetch(triangles, position);
+    }
+    let mut start = range.start as u32;
+    let mut items = Items::load(triangles, input, range);
+    for _ in 0..ROUNDS {
+        items.join();
+    }
+    let len = items.len.min(CHUNK);
+    blocks.containers.extend((0..len).map(|at| items.get(at)));
+    blocks.starts.extend(items.counts[..len].iter().map(|count| {
+        let first = start;
+        start += *count as u32;
+        first
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::geometry::Aabb;
+    use crate::order::{input_bounds, sort_primitives};
+    use crate::settings::Curve;
+    use crate::stage_times::StageTimes;
+
+    /// Triangles with small whole coordinates, whose areas and costs are exact, many of them equal.
+    fn triangles(count: u32) -> Vec<Triangle> {
+        let mut state = 7_u32;
+        let mut number = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((state >> 16) % below) as f32
+        };
+        let mut triangle = |_| {
+            let a = Vec3::new(number(64), number(48), number(8));
+            Triangle { a, b: a + Vec3::new(number(5), number(3), 1.0), c: a + Vec3::new(1.0, number(4), number(2)) }
+        };
+        (0..count).map(&mut triangle).collect()
+    }
+
+    /// Containers and sizes after one round over the items of a chunk, by definition.
+    fn joined(items: &[(Aabb, u32)]) -> Vec<(Aabb, u32)> {
+        let cost = |(container, count): &(Aabb, u32)| container.half_area() * *count as f32;
+        let union = |at: usize| (items[at].0.union(&items[at + 1].0), items[at].1 + items[at + 1].1);
+        let distance = |at: usize| {
+            let both = (at + 1 < items.len()).then(|| union(at))?;
+            let node = both.0.half_area() + cost(&items[at]) + cost(&items[at + 1]);
+            (both.1 <= 4 && cost(&both) <= 1.25 * node).then(|| both.0.half_area())
+        };
+        let (mut list, mut at) = (Vec::new(), 0);
+        while at < items.len() {
+            let before = at.checked_sub(1).and_then(distance);
+            let is_nearest = distance(at).is_some_and(|own| {
+                before.is_none_or(|before| own < before) && distance(at + 1).is_none_or(|after| own <= after)
+            });
+            list.push(if is_nearest { union(at) } else { items[at] });
+            at += if is_nearest { 2 } else { 1 };
+        }
+        list
+    }
+
+    #[test]
+    fn neighbours_that_are_nearest_to_each_other_are_joined_where_a_leaf_is_cheap() {
+        let (token, mut sizes) = (CancelToken::new(), [0; 5]);
+        for count in [1, 2, 3, 4, 5, 255, 256, 257, 258, 1000, 20_000] {
+            let triangles = triangles(count);
+            let Ok(bounds) = input_bounds(&triangles, &token) else { panic!("not cancelled") };
+            let input = sort_primitives::<Aabb>(&triangles, &bounds, Curve::Morton, &token, &mut StageTimes::default());
+            let Ok(input) = input else { panic!("not cancelled") };
+            let Ok(blocks) = LeafBlocks::new(&triangles, &input, &token) else { panic!("not cancelled") };
+            let single = |position| (input.container(&triangles, input.primitive(position)), 1);
+            let singles: Vec<(Aabb, u32)> = (0..input.len()).map(single).collect();
+            let expected: Vec<(Aabb, u32)> = singles.chunks(CHUNK).flat_map(|chunk| joined(&joined(chunk))).collect();
+            let found: Vec<(Aabb, u32)> = blocks
+                .starts
+                .windows(2)
+                .enumerate()
+                .filter_map(|(at, ends)| Some((*blocks.blocks.block(at)?, ends[1] - ends[0])))
+                .collect();
+            assert!(found == expected, "{count} triangles");
+            found.iter().for_each(|(_, size)| sizes[*size as usize] += 1);
+        }
+        assert!(sizes[1..].iter().all(|&blocks| blocks > 100), "blocks of every size: {sizes:?}");
+    }
+}
