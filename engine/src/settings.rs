@@ -8,8 +8,8 @@ use crate::tree::ContainerKind;
 pub enum BuilderKind {
     /// Approximate agglomerative clustering (Gu et al., HPG 2013).
     Aac,
-    /// Approximate agglomerative clustering of leaf blocks: neighbours along the curve are joined into leaves of up to four
-    /// primitives before, for a faster build.
+    /// Approximate agglomerative clustering of leaf blocks: leaves of up to four neighbours along the curve, which are joined first,
+    /// for a faster build.
     Swift,
     /// Linear BVH: splits where the highest differing bit of the Morton codes flips (Lauterbach et al., 2009).
     Lbvh,

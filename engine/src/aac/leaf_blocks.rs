@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use bytemuck::Zeroable;
 use fearless_simd::{Select, Simd, SimdBase, f32x4};
 use rayon::prelude::*;
 
@@ -23,14 +24,12 @@ use crate::tree::Tree;
 
 /// Primitives whose blocks are made at once, none across their ends: their items fit the L1 cache.
 const CHUNK: usize = 256;
-/// Maximum number of primitives in a block: as many as the wide tree tests side by side.
-const MAX_BLOCK: f32 = 4.0;
 /// Chunks in a task.
 const CHUNKS: usize = 32;
 /// Maximum cost of a leaf of two items by the surface area heuristic, as a multiple of the cost of a node above them. Found by
 /// experiment: docs/performance.md, "Leaf blocks".
 const GUARD: f32 = 1.25;
-/// Rounds of joining, each of which at most doubles a block.
+/// Rounds of joining, each of which at most doubles a block: to as many primitives as the wide tree tests side by side.
 const ROUNDS: usize = 2;
 
 /// Blocks of the primitives of a build.
@@ -65,15 +64,10 @@ impl<C: ClusterContainer> LeafBlocks<C> {
         });
         let tasks: Vec<TaskBlocks<C>> = tasks.collect::<Result<_, Cancelled>>()?;
         fork.join();
-        let count = tasks.iter().map(|task| task.starts.len()).sum();
-        let (mut containers, mut starts) = (Vec::with_capacity(count), Vec::with_capacity(count + 1));
-        for task in &tasks {
-            token.check()?;
-            containers.extend_from_slice(&task.containers);
-            starts.extend_from_slice(&task.starts);
-        }
-        let blocks = input.in_blocks(&starts, containers);
-        starts.push(input.len() as u32);
+        let containers = concatenated(tasks.iter().map(|task| &task.containers[..]), token)?;
+        let end = [input.len() as u32];
+        let starts = concatenated(tasks.iter().map(|task| &task.starts[..]).chain([&end[..]]), token)?;
+        let blocks = input.in_blocks(&starts[..containers.len()], containers, token)?;
         Ok(Self { blocks, starts })
     }
 
@@ -84,15 +78,7 @@ impl<C: ClusterContainer> LeafBlocks<C> {
         input: &SortedPrimitives<C>,
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        token.check()?;
-        let mut first_slots = Vec::with_capacity(tree.primitive_indices.len() + 1);
-        let mut primitive_indices = Vec::with_capacity(input.len());
-        for &block in &tree.primitive_indices {
-            first_slots.push(primitive_indices.len() as u32);
-            let range = self.starts[block as usize] as usize..self.starts[block as usize + 1] as usize;
-            primitive_indices.extend(range.map(|position| input.primitive(position)));
-        }
-        first_slots.push(primitive_indices.len() as u32);
+        let (primitive_indices, first_slots) = self.in_order(&tree.primitive_indices, input, token)?;
         let fork = token.fork();
         tree.nodes.par_chunks_mut(CHUNK * CHUNKS).try_for_each(|nodes| {
             fork.task(|token| {
@@ -109,6 +95,78 @@ impl<C: ClusterContainer> LeafBlocks<C> {
         tree.primitive_indices = primitive_indices;
         Ok(())
     }
+
+    /// The primitives of `blocks` in order, the slot of the first of each block, and the number of slots.
+    fn in_order(
+        &self,
+        blocks: &[u32],
+        input: &SortedPrimitives<C>,
+        token: &CancelToken,
+    ) -> Result<(Vec<u32>, Vec<u32>), Cancelled> {
+        let positions = |&block: &u32| self.starts[block as usize] as usize..self.starts[block as usize + 1] as usize;
+        let mut first_slots: Vec<u32> = bytemuck::zeroed_vec(blocks.len() + 1);
+        let mut primitive_indices: Vec<u32> = bytemuck::zeroed_vec(input.len());
+        let fork = token.fork();
+        let counts = blocks.par_chunks(CHUNK * CHUNKS).map(|blocks| {
+            fork.task(|token| {
+                token.check()?;
+                Ok(blocks.iter().map(|block| positions(block).len()).sum())
+            })
+        });
+        let counts: Vec<usize> = counts.collect::<Result<_, Cancelled>>()?;
+        fork.join();
+        first_slots[blocks.len()] = input.len() as u32;
+        let mut parts = Vec::with_capacity(counts.len());
+        let (mut first, mut remaining) = (0, &mut primitive_indices[..]);
+        let lists = blocks.chunks(CHUNK * CHUNKS).zip(first_slots.chunks_mut(CHUNK * CHUNKS));
+        for ((blocks, first_slots), count) in lists.zip(counts) {
+            let own;
+            (own, remaining) = remaining.split_at_mut(count);
+            parts.push((blocks, first_slots, own, first));
+            first += count as u32;
+        }
+        let fork = token.fork();
+        parts.into_par_iter().try_for_each(|(blocks, first_slots, own, first)| {
+            fork.task(|token| {
+                token.check()?;
+                let mut slot = 0;
+                for (block, first_slot) in blocks.iter().zip(first_slots) {
+                    *first_slot = first + slot as u32;
+                    for position in positions(block) {
+                        own[slot] = input.primitive(position);
+                        slot += 1;
+                    }
+                }
+                Ok(())
+            })
+        })?;
+        fork.join();
+        Ok((primitive_indices, first_slots))
+    }
+}
+
+/// The lists one after the other.
+fn concatenated<'a, T: Zeroable + Copy + Send + Sync + 'a>(
+    lists: impl Iterator<Item = &'a [T]> + Clone,
+    token: &CancelToken,
+) -> Result<Vec<T>, Cancelled> {
+    let mut all: Vec<T> = bytemuck::zeroed_vec(lists.clone().map(<[T]>::len).sum());
+    let (mut parts, mut remaining) = (Vec::new(), &mut all[..]);
+    for list in lists {
+        let own;
+        (own, remaining) = remaining.split_at_mut(list.len());
+        parts.push((list, own));
+    }
+    let fork = token.fork();
+    parts.into_par_iter().try_for_each(|(list, own)| {
+        fork.task(|token| {
+            token.check()?;
+            own.copy_from_slice(list);
+            Ok(())
+        })
+    })?;
+    fork.join();
+    Ok(all)
 }
 
 /// The items of a chunk, each one or several primitives that follow one another along the curve. Lists are longer than a chunk by a
@@ -158,7 +216,7 @@ impl<C: ClusterContainer> Items<C> {
         row
     }
 
-    /// Merge distance of each item to the one before it; infinite where a leaf of both costs too much or has too many primitives.
+    /// Merge distance of each item to the one before it; infinite where a leaf of both costs too much.
     #[inline(always)]
     fn distances<S: Simd>(&self, simd: S) -> [f32; CHUNK + 8] {
         // The compiler sees that no list is left.
@@ -172,7 +230,7 @@ impl<C: ClusterContainer> Items<C> {
         }
         let mut distances = [f32::INFINITY; CHUNK + 8];
         let (guard, node) = (f32x4::splat(simd, GUARD), f32x4::splat(simd, C::KIND.traversal_cost()));
-        let (most, infinity) = (f32x4::splat(simd, MAX_BLOCK), f32x4::splat(simd, f32::INFINITY));
+        let infinity = f32x4::splat(simd, f32::INFINITY);
         for group in 0..groups {
             let at = 4 * group;
             let count = f32x4::from_slice(simd, &self.counts[at..at + 4])
@@ -180,7 +238,7 @@ impl<C: ClusterContainer> Items<C> {
             let cost = f32x4::from_slice(simd, &costs[at..at + 4]) + f32x4::from_slice(simd, &costs[at + 1..at + 5]);
             let distance = C::merge_distances(simd, &self.row(simd, at), &self.row(simd, at + 1));
             let area = C::area_of_distance(distance);
-            let joins = count.simd_le(most) & (area * count).simd_le(guard * (area * node + cost));
+            let joins = (area * count).simd_le(guard * (area * node + cost));
             joins.select(distance, infinity).store_slice(&mut distances[at + 1..at + 5]);
         }
         // Beyond the last item there is none.
@@ -265,7 +323,7 @@ mod tests {
         let distance = |at: usize| {
             let both = (at + 1 < items.len()).then(|| union(at))?;
             let node = both.0.half_area() + cost(&items[at]) + cost(&items[at + 1]);
-            (both.1 <= 4 && cost(&both) <= 1.25 * node).then(|| both.0.half_area())
+            (cost(&both) <= 1.25 * node).then(|| both.0.half_area())
         };
         let (mut list, mut at) = (Vec::new(), 0);
         while at < items.len() {
@@ -299,6 +357,9 @@ mod tests {
                 .collect();
             assert!(found == expected, "{count} triangles");
             found.iter().for_each(|(_, size)| sizes[*size as usize] += 1);
+            // A block has the place on the curve of its first primitive.
+            let firsts = blocks.starts[..found.len()].iter().map(|&start| input.primitive(start as usize));
+            assert!(firsts.eq((0..found.len()).map(|at| blocks.blocks.primitive(at))), "{count} triangles");
         }
         assert!(sizes[1..].iter().all(|&blocks| blocks > 100), "blocks of every size: {sizes:?}");
     }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::lanes::LANES;
+use crate::kernel::par_collect::par_collect;
 use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::plain_loop_level;
 use crate::order::curve::CurveGrid;
@@ -136,11 +137,11 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
 
     /// Blocks of these primitives in their places: block `i` has the container `containers[i]` and the code of the primitive at
     /// the position `starts[i]`, its first.
-    pub(crate) fn in_blocks(&self, starts: &[u32], containers: Vec<C>) -> Self {
-        let of_first = |list: &[u64]| starts.iter().map(|&start| list[start as usize]).collect();
-        let crowded = if self.crowded.is_empty() { Vec::new() } else { of_first(&self.crowded) };
-        let (index_bits, code_shift) = (self.index_bits, self.code_shift);
-        Self { cached: Vec::new(), keys: of_first(&self.keys), index_bits, code_shift, crowded, blocks: containers }
+    pub(crate) fn in_blocks(&self, starts: &[u32], containers: Vec<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+        let of_first = |list: &[u64]| par_collect(starts.len(), token, |block| list[starts[block] as usize]);
+        let crowded = if self.crowded.is_empty() { Vec::new() } else { of_first(&self.crowded)? };
+        let (keys, index_bits, code_shift) = (of_first(&self.keys)?, self.index_bits, self.code_shift);
+        Ok(Self { cached: Vec::new(), keys, index_bits, code_shift, crowded, blocks: containers })
     }
 
     /// Container of the block at `position`; `None` where these are primitives.

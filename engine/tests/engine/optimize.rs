@@ -52,7 +52,7 @@ fn optimized_trees_are_valid_and_find_what_a_scan_finds() {
         let rays = trees::rays(&triangles, 80, seed as u64);
         let expected: Vec<_> = rays.iter().map(|ray| scan(&triangles, ray)).collect();
         for container in ContainerKind::ALL {
-            for builder in [BuilderKind::Aac, BuilderKind::Lbvh] {
+            for builder in [BuilderKind::Aac, BuilderKind::Swift, BuilderKind::Lbvh] {
                 for optimize in choices() {
                     let settings =
                         BuildSettings { builder, container, optimize, rounds: ROUNDS, ..BuildSettings::default() };
@@ -78,7 +78,7 @@ fn no_pass_raises_the_cost() {
     let mut scenes = trees::nasty_scenes();
     scenes.push(("building", building()));
     for (name, triangles) in scenes {
-        for builder in [BuilderKind::Aac, BuilderKind::Lbvh] {
+        for builder in [BuilderKind::Aac, BuilderKind::Swift, BuilderKind::Lbvh] {
             for container in ContainerKind::ALL {
                 let built = |optimize| {
                     let settings =
@@ -237,7 +237,7 @@ fn spheres_take_only_what_makes_sense() {
     let settings = BuildSettings::preset(Preset::Best, ContainerKind::Sphere);
     assert_eq!(settings.passes(), Passes::NONE.with(Pass::Collapse));
     assert_eq!(BuildSettings::preset(Preset::Best, ContainerKind::Aabb).passes(), Passes::FINISHED);
-    for preset in [Preset::Fast, Preset::Hq, Preset::AacFast, Preset::AacHq] {
+    for preset in [Preset::Swift, Preset::Fast, Preset::Hq, Preset::AacFast, Preset::AacHq] {
         assert_eq!(preset.passes(), Passes::NONE, "the papers' settings stay as they are");
     }
 }

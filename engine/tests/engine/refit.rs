@@ -54,6 +54,7 @@ pub fn settings() -> Vec<BuildSettings> {
             .map(|settings| BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..settings }),
     );
     all.push(BuildSettings { builder: BuilderKind::BinnedSah, ..all[0] });
+    all.push(BuildSettings::preset(Preset::Swift, ContainerKind::Aabb));
     all.push(BuildSettings::preset(Preset::Best, ContainerKind::Aabb));
     all
 }

@@ -28,7 +28,7 @@ const fn builder_sentence(kind: BuilderKind) -> &'static str {
     match kind {
         BuilderKind::Aac => "Approximate agglomerative clustering (Gu et al. 2013)",
         BuilderKind::Swift => {
-            "AAC of leaves that are joined along the curve before: a faster build, a slightly worse tree"
+            "AAC over leaves of up to four neighbours along the curve: a faster build, a slightly worse tree"
         }
         BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",
         BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), not with spheres",
@@ -84,7 +84,7 @@ pub static PRESET: Setting = Setting {
 fn preset_sentence(preset: Preset) -> String {
     let (threshold, epsilon) = preset.parameters();
     let purpose = match preset {
-        Preset::Swift => "over leaves of up to four triangles, which are joined before: the fastest build",
+        Preset::Swift => "over leaves of up to four triangles, which are joined first: the fastest build",
         Preset::Fast => "the fast setting of Mahmuda, Yuniarti and Nurul K.",
         Preset::Hq => "their better tree, in a slower build",
         Preset::AacFast => "the fast setting of Gu et al. 2013",
