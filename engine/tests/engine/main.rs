@@ -12,6 +12,7 @@ mod any_arity;
 mod brute_force;
 mod builders;
 mod by_hand;
+mod cache_lines;
 mod construction;
 mod curve_cells;
 mod cuts;

@@ -2,11 +2,13 @@
 //! find the same hits.
 
 pub(crate) mod beam;
+mod cache_lines;
 pub mod packet;
 pub(crate) mod single;
 pub(crate) mod stack;
 pub(crate) mod stream;
 
+pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::geometry::{Hit, Ray};
