@@ -5,7 +5,8 @@ use serde_json::Value;
 use super::rows::{Rows, Shown, rate, source};
 
 /// Every table.
-pub const NAMES: [&str; 9] = ["ready", "ready-one", "trees", "rays", "single", "robust", "engines", "picture", "paper"];
+pub const NAMES: [&str; 11] =
+    ["ready", "ready-one", "costs", "trees", "memory", "rays", "single", "robust", "engines", "picture", "paper"];
 
 /// Settings with their names in tables.
 const SETTINGS: [Setting; 19] = [
@@ -29,9 +30,21 @@ const SETTINGS: [Setting; 19] = [
     ("tinybvh", "default", "tinybvh"),
     ("tinybvh", "hq", "tinybvh HQ"),
 ];
+/// Settings that tables with a line for each scene show.
+const CHOSEN: [&str; 5] = ["Swift", "Fast", "Best", "Embree LOW", "Embree MEDIUM"];
+/// The setting to which others are relative.
+const BASE: &str = "Embree MEDIUM";
 const COMPARED: [(&str, &str); 4] =
     [("Swift", "Embree LOW"), ("Fast", "Embree LOW"), ("HQ", "Embree MEDIUM"), ("Best", "Embree MEDIUM")];
 const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlusion"), ("diffuse", "diffuse")];
+/// Engines with their names in tables.
+const ENGINES: [(&str, &str); 5] = [
+    ("bvhscope", "this engine"),
+    ("embree", "Embree"),
+    ("embree 4", "Embree 4"),
+    ("obvhs", "obvhs"),
+    ("tinybvh", "tinybvh"),
+];
 
 /// Lines of cells; the first is the header, and after an empty line the next table begins.
 type Lines = Vec<Vec<String>>;
@@ -45,20 +58,22 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
     let (part, lines): (&str, Maker) = match name {
         "ready" => ("build", |rows, _, _| ready(rows, most_threads(rows))),
         "ready-one" => ("build", |rows, _, _| ready(rows, 1)),
+        "costs" => ("tree", |rows, _, _| costs(rows)),
         "trees" => ("tree", |rows, _, _| trees(rows)),
-        "rays" => ("primary", |_, all, shown| rays(all, shown, "", false)),
-        "single" => ("primary", |_, all, shown| rays(all, shown, "single", false)),
-        "robust" => ("primary", |_, all, shown| rays(all, shown, "single", true)),
-        "engines" => ("primary", engines),
+        "memory" => ("tree", |rows, _, _| memory(rows)),
+        "rays" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "", false)),
+        "single" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "single", false)),
+        "robust" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "single", true)),
+        "engines" => ("primary", |rows, all, shown| engines(&with_all_kinds(rows, all, shown))),
         "picture" => ("picture", |rows, _, _| pictures(rows)),
         "paper" => ("paper", |rows, _, _| paper(rows)),
         _ => return Err(format!("'{name}' is no table")),
     };
     let newest = rows.newest(part, shown);
-    if newest.is_empty() {
+    let lines = if newest.is_empty() { Lines::new() } else { lines(&newest, rows, shown) };
+    if lines.is_empty() {
         return Ok(None);
     }
-    let lines = lines(&newest, rows, shown);
     let mut text = format!("{} {}.\n\n", contents(name, &newest), source(&newest));
     let mut is_header = true;
     for line in lines {
@@ -79,24 +94,27 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
 /// Contents and unit of a table.
 fn contents(name: &str, rows: &[&Value]) -> String {
     let repeat = rows[0]["repeat"].as_u64().map_or_else(String::new, |repeat| format!(", medians of {repeat} rounds"));
+    let rates = |of: &str| format!("Rays per second on one thread{repeat}, Best's over those of {of}.");
     match name {
-        "ready" => {
-            format!("Milliseconds with {} threads{repeat}, and rates until ready of Embree's.", most_threads(rows))
-        }
-        "ready-one" => format!("Milliseconds with one thread{repeat}, and rates until ready of Embree's."),
-        "trees" => "SAH cost with the best leaves, end-point overlap, and container and triangle tests per ray through the binary \
-                    tree; bytes per triangle are those ready to trace."
-            .to_owned(),
-        "rays" => format!("Million rays per second on one thread{repeat}, Best beside Embree's fastest tree and interface."),
-        "single" => format!("Million rays per second on one thread{repeat}, one ray at a time, Best beside Embree's."),
-        "robust" => format!(
-            "Million rays per second on one thread{repeat}, one ray at a time, Best beside Embree's robust scenes, which are as \
-             watertight."
+        "ready" => format!("Milliseconds until ready to trace, {} threads{repeat}.", most_threads(rows)),
+        "ready-one" => format!("Milliseconds until ready to trace, one thread{repeat}."),
+        "costs" => "SAH cost of boxes, each tree with its best leaves.".to_owned(),
+        "trees" => format!(
+            "SAH cost with the best leaves, end-point overlap, and container and triangle tests per ray through the binary tree, each \
+             over that of {BASE}: medians of all scenes."
         ),
-        "engines" => format!("Million rays per second on one thread{repeat}, one ray at a time."),
+        "memory" => "Bytes per triangle, ready to trace, and bytes that a ray reads of the tree in this engine's wide form: medians of all \
+                     scenes."
+            .to_owned(),
+        "rays" => rates("Embree's fastest tree and interface"),
+        "single" => rates("Embree, both one ray at a time"),
+        "robust" => rates("Embree's robust scenes, which are as watertight, both one ray at a time"),
+        "engines" => format!(
+            "Rays per second on one thread{repeat}, one ray at a time, over those of {BASE}: medians of all scenes."
+        ),
         "picture" => format!(
-            "Milliseconds from triangles to a picture with {} threads{repeat}: until ready to trace, primary rays, and 1, 16 and \
-             256 ambient occlusion rays from each hit.",
+            "Milliseconds from triangles to a picture with {} threads{repeat}: until ready to trace, primary rays, and 1, 16 or 256 \
+             rays of ambient occlusion from each hit, with the setting that is soonest there.",
             most_threads(rows)
         ),
         _ => format!("Threshold 6, ε 0.2, 1024×1024 primary rays from the default camera{repeat}; ratio of box to sphere."),
@@ -120,10 +138,10 @@ fn models(rows: &[&Value]) -> Vec<(String, String)> {
     models
 }
 
-/// Name, setting and label of a row of [`SETTINGS`].
+/// Engine, setting and name of a row of [`SETTINGS`].
 type Setting = (&'static str, &'static str, &'static str);
-/// A column of [`by_scene`]: its title, and its cell for a setting of a scene.
-type Column<'a> = (&'static str, Box<dyn Fn(&Scene<'_>, &Setting) -> Option<String> + 'a>);
+/// A number of a setting in a scene.
+type Cell<'a> = Box<dyn Fn(&Scene<'_>, &Setting) -> Option<f64> + 'a>;
 
 /// The rows of a scene.
 struct Scene<'a> {
@@ -138,11 +156,23 @@ impl<'a> Scene<'a> {
         models(rows).into_iter().map(|(model, label)| Self { label, rows: of_model(&model) }).collect()
     }
 
-    /// A number of a setting's first row that `is_it`.
-    fn number(&self, (engine, setting, _): &Setting, name: &str, is_it: impl Fn(&Value) -> bool) -> Option<f64> {
-        let own = self.rows.iter().filter(|row| row["engine"] == *engine && row["setting"] == *setting && is_it(row));
-        own.map(|row| &row[name]).find_map(Value::as_f64)
+    /// Rows of an engine's setting.
+    fn of<'s>(&'s self, (engine, setting, _): &'s Setting) -> impl Iterator<Item = &'a Value> + 's {
+        self.rows.iter().copied().filter(move |row| row["engine"] == *engine && row["setting"] == *setting)
     }
+
+    /// A number of a setting's first row that `is_it`.
+    fn number(&self, setting: &Setting, name: &str, is_it: impl Fn(&Value) -> bool) -> Option<f64> {
+        self.of(setting).filter(|row| is_it(row)).map(|row| &row[name]).find_map(Value::as_f64)
+    }
+}
+
+/// The scenes of `rows` with the rows of all kinds of rays.
+fn with_all_kinds<'a>(rows: &[&'a Value], all: &'a Rows, shown: Shown<'_>) -> Vec<Scene<'a>> {
+    let kinds: Vec<&Value> = KINDS.iter().flat_map(|(kind, _)| all.newest(kind, shown)).collect();
+    let mut scenes = Scene::all(&kinds);
+    scenes.retain(|scene| rows.iter().any(|row| row["model"] == scene.rows[0]["model"]));
+    scenes
 }
 
 /// A setting by its name in tables.
@@ -150,164 +180,200 @@ fn setting_of(name: &str) -> Option<&'static Setting> {
     SETTINGS.iter().find(|setting| setting.2 == name)
 }
 
-/// For each scene a table of the settings that have any of the `columns`, one number a cell.
-fn by_scene(scenes: &[Scene], columns: &[Column]) -> Lines {
-    let mut lines: Lines = Vec::new();
-    for scene in scenes {
-        if !lines.is_empty() {
-            lines.push(Vec::new());
-        }
-        let titles = columns.iter().map(|column| column.0.to_owned());
-        lines.push([scene.label.clone()].into_iter().chain(titles).collect());
-        for setting in &SETTINGS {
-            let cells: Vec<Option<String>> = columns.iter().map(|(_, cell)| cell(scene, setting)).collect();
-            if cells.iter().any(Option::is_some) {
-                let cells = cells.into_iter().map(|cell| cell.unwrap_or_else(|| "–".to_owned()));
-                lines.push([setting.2.to_owned()].into_iter().chain(cells).collect());
-            }
+/// `cell` over that of [`BASE`].
+fn relative<'a>(cell: impl Fn(&Scene<'_>, &Setting) -> Option<f64> + 'a) -> Cell<'a> {
+    Box::new(move |scene, setting| Some(cell(scene, setting)? / cell(scene, setting_of(BASE)?)?))
+}
+
+/// A line for each scene, a column for each of [`CHOSEN`] that was measured.
+fn by_scene(scenes: &[Scene], cell: &Cell<'_>, text: fn(f64) -> String) -> Lines {
+    let is_measured = |setting: &&Setting| scenes.iter().any(|scene| cell(scene, setting).is_some());
+    let settings: Vec<&Setting> = CHOSEN.into_iter().filter_map(setting_of).filter(is_measured).collect();
+    if settings.is_empty() {
+        return Lines::new();
+    }
+    let header = ["scene, triangles"].into_iter().chain(settings.iter().map(|setting| setting.2));
+    let mut lines = vec![header.map(str::to_owned).collect()];
+    lines.extend(scenes.iter().map(|scene| {
+        let cells = settings.iter().map(|setting| cell(scene, setting).map_or_else(none, text));
+        [scene.label.clone()].into_iter().chain(cells).collect::<Vec<_>>()
+    }));
+    lines
+}
+
+/// A line for each setting that was measured, and the measured ones of `columns`, with the medians of all scenes.
+fn by_setting(scenes: &[Scene], columns: &[(&str, Cell<'_>)], text: fn(f64) -> String) -> Lines {
+    let is_measured =
+        |cell: &Cell<'_>| SETTINGS.iter().any(|setting| scenes.iter().any(|scene| cell(scene, setting).is_some()));
+    let columns: Vec<_> = columns.iter().filter(|(_, cell)| is_measured(cell)).collect();
+    let titles = columns.iter().map(|(title, _)| (*title).to_owned());
+    let mut lines = vec![["setting".to_owned()].into_iter().chain(titles).collect()];
+    for setting in &SETTINGS {
+        let medians = columns.iter().map(|(_, cell)| {
+            let numbers: Vec<f64> = scenes.iter().filter_map(|scene| cell(scene, setting)).collect();
+            (!numbers.is_empty()).then(|| middle(numbers))
+        });
+        let medians: Vec<Option<f64>> = medians.collect();
+        if medians.iter().any(Option::is_some) {
+            let cells = medians.into_iter().map(|median| median.map_or_else(none, text));
+            lines.push([setting.2.to_owned()].into_iter().chain(cells).collect());
         }
     }
-    lines
+    if lines.len() > 1 { lines } else { Lines::new() }
+}
+
+/// The cell of what was not measured.
+fn none() -> String {
+    "–".to_owned()
+}
+
+fn ratio(value: f64) -> String {
+    format!("{value:.2}")
 }
 
 fn ready(rows: &[&Value], threads: u64) -> Lines {
     let ms =
-        |scene: &Scene, setting: &Setting, clock: &str| scene.number(setting, clock, |row| row["threads"] == threads);
-    let ratio = |scene: &Scene, setting: &Setting| {
-        let (_, peer) = COMPARED.into_iter().find(|(own, _)| *own == setting.2)?;
-        Some(ms(scene, setting_of(peer)?, "ready_ms")? / ms(scene, setting, "ready_ms")?)
-    };
+        move |scene: &Scene<'_>, setting: &Setting| scene.number(setting, "ready_ms", |row| row["threads"] == threads);
     let scenes = Scene::all(rows);
-    let columns: [Column; 3] = [
-        ("binary tree", Box::new(|scene, setting| ms(scene, setting, "build_ms").map(number))),
-        ("ready to trace", Box::new(|scene, setting| ms(scene, setting, "ready_ms").map(number))),
-        ("rate of Embree's", Box::new(|scene, setting| ratio(scene, setting).map(|x| format!("{x:.2}")))),
-    ];
-    let mut lines = by_scene(&scenes, &columns);
-    let medians = COMPARED.into_iter().filter_map(|(own, peer)| {
-        let ratios: Vec<f64> = scenes.iter().filter_map(|scene| ratio(scene, setting_of(own)?)).collect();
-        (ratios.len() > 1).then(|| vec![format!("{own} of {peer}"), median(ratios)])
+    let cell: Cell<'_> = Box::new(ms);
+    let mut lines = by_scene(&scenes, &cell, number);
+    let rates = COMPARED.into_iter().filter_map(|(own, peer)| {
+        let of_scene = |scene: &Scene<'_>| Some(ms(scene, setting_of(peer)?)? / ms(scene, setting_of(own)?)?);
+        let rates: Vec<f64> = scenes.iter().filter_map(of_scene).collect();
+        let (least, most) = (rates.iter().copied().reduce(f64::min)?, rates.iter().copied().reduce(f64::max)?);
+        let name = format!("{own} of {peer}");
+        Some([name].into_iter().chain([middle(rates), least, most].map(ratio)).collect::<Vec<_>>())
     });
-    with_all_scenes(&mut lines, "rate, median", medians.collect());
+    let rates: Lines = rates.collect();
+    if !rates.is_empty() {
+        lines.extend([Vec::new(), ["rate", "median", "least", "most"].map(str::to_owned).to_vec()]);
+        lines.extend(rates);
+    }
     lines
 }
 
-/// Adds a table over all scenes, if there is any in `all`.
-fn with_all_scenes(lines: &mut Lines, title: &str, all: Lines) {
-    if !all.is_empty() {
-        lines.extend([Vec::new(), vec!["all scenes".to_owned(), title.to_owned()]]);
-        lines.extend(all);
-    }
+/// Scenes with trees. Embree 4 makes those of Embree 3.
+fn tree_scenes<'a>(rows: &[&'a Value]) -> Vec<Scene<'a>> {
+    Scene::all(&rows.iter().filter(|row| row["engine"] != "embree 4").copied().collect::<Vec<_>>())
+}
+
+/// A column of the rows of trees.
+fn column(scene: &Scene<'_>, setting: &Setting, name: &str) -> Option<f64> {
+    scene.number(setting, name, |_| true)
+}
+
+fn costs(rows: &[&Value]) -> Lines {
+    let cell: Cell<'_> = Box::new(|scene, setting| column(scene, setting, "sah_cost"));
+    by_scene(&tree_scenes(rows), &cell, |cost| format!("{cost:.1}"))
 }
 
 fn trees(rows: &[&Value]) -> Lines {
-    // Embree 4 makes the trees of Embree 3.
-    let scenes = Scene::all(&rows.iter().filter(|row| row["engine"] != "embree 4").copied().collect::<Vec<_>>());
-    let plain = |name: &'static str, digits: usize| -> Column<'_> {
-        let title = if name == "epo" { "overlap" } else { "SAH cost" };
-        (title, Box::new(move |scene, setting| Some(format!("{:.digits$}", scene.number(setting, name, |_| true)?))))
-    };
-    let tests = KINDS.map(|(kind, title)| -> Column<'_> {
-        let cell = move |scene: &Scene, setting: &Setting| {
-            let of = |what: &str| scene.number(setting, &format!("{kind}_{what}_tests_per_ray"), |_| true);
-            Some(format!("{:.1}", of("container")? + of("primitive")?))
+    let plain = ["sah_cost", "epo"].map(|name| relative(move |scene, setting| column(scene, setting, name)));
+    let tests = KINDS.map(|(kind, title)| {
+        let tests = move |scene: &Scene<'_>, setting: &Setting| {
+            let of = |what: &str| column(scene, setting, &format!("{kind}_{what}_tests_per_ray"));
+            Some(of("container")? + of("primitive")?)
         };
-        (title, Box::new(cell))
+        (title, relative(tests))
     });
-    let columns: Vec<Column> = [plain("sah_cost", 1), plain("epo", 2)].into_iter().chain(tests).collect();
-    let mut lines = by_scene(&scenes, &columns);
-    let bytes = SETTINGS.iter().filter_map(|setting| {
-        let bytes = scenes.iter().filter_map(|scene| scene.number(setting, "bytes_per_triangle", |_| true));
-        let bytes: Vec<f64> = bytes.collect();
-        (!bytes.is_empty()).then(|| vec![setting.2.to_owned(), number(middle(bytes))])
-    });
-    with_all_scenes(&mut lines, "bytes per triangle, median", bytes.collect());
-    lines
+    let columns: Vec<_> = ["SAH cost", "overlap"].into_iter().zip(plain).chain(tests).collect();
+    by_setting(&tree_scenes(rows), &columns, ratio)
 }
 
-/// This engine's Best beside Embree, in the run of `rows`: all interfaces, or the one that is named, of Embree's settings whose name
-/// ends as `robust` says.
-fn rays(all: &Rows, shown: Shown<'_>, interface: &str, is_robust: bool) -> Lines {
+fn memory(rows: &[&Value]) -> Lines {
+    let of = |name: String| -> Cell<'static> { Box::new(move |scene, setting| column(scene, setting, &name)) };
+    let reads = KINDS.map(|(kind, title)| (title, of(format!("{kind}_bytes_per_ray"))));
+    let columns: Vec<_> = [("a triangle", of("bytes_per_triangle".to_owned()))].into_iter().chain(reads).collect();
+    by_setting(&tree_scenes(rows), &columns, number)
+}
+
+/// The rate of this engine's Best over that of Embree: of all interfaces, or of the one that is named, and of Embree's robust
+/// settings or the others.
+fn rays(scenes: &[Scene<'_>], interface: &str, is_robust: bool) -> Lines {
+    let ratio_of = |scene: &Scene<'_>, kind: &str| {
+        let fastest = |engine: &str| {
+            let of_engine = scene.rows.iter().filter(|row| {
+                let setting = row["setting"].as_str().unwrap_or_default();
+                let is_wanted =
+                    if engine == "bvhscope" { setting == "box best" } else { setting.ends_with("robust") == is_robust };
+                let fits = interface.is_empty() || row["interface"] == interface;
+                row["part"] == kind && row["engine"] == engine && row["threads"] == 1 && is_wanted && fits
+            });
+            of_engine.filter_map(|row| rate(row)).max_by(f64::total_cmp)
+        };
+        Some(fastest("bvhscope")? / fastest("embree")?)
+    };
+    let mut table = Lines::new();
+    let mut ratios = [const { Vec::new() }; KINDS.len()];
+    for scene in scenes {
+        let of_kinds = KINDS.map(|(kind, _)| ratio_of(scene, kind));
+        ratios.iter_mut().zip(of_kinds).for_each(|(ratios, of_kind)| ratios.extend(of_kind));
+        if of_kinds.iter().any(Option::is_some) {
+            let cells = of_kinds.map(|of_kind| of_kind.map_or_else(none, ratio));
+            table.push([scene.label.clone()].into_iter().chain(cells).collect());
+        }
+    }
+    if table.is_empty() {
+        return table;
+    }
+    let header = ["scene, triangles"].into_iter().chain(KINDS.map(|(_, title)| title));
+    table.insert(0, header.map(str::to_owned).collect());
+    table.push(["median".to_owned()].into_iter().chain(ratios.map(median)).collect());
+    table
+}
+
+/// Single rays through the tree of every setting.
+fn engines(scenes: &[Scene<'_>]) -> Lines {
+    let columns = KINDS.map(|(kind, title)| {
+        let single = move |scene: &Scene<'_>, setting: &Setting| {
+            let is_it = |row: &&Value| row["part"] == kind && row["threads"] == 1 && row["interface"] == "single";
+            rate(scene.of(setting).find(is_it)?)
+        };
+        (title, relative(single))
+    });
+    by_setting(scenes, &columns, ratio)
+}
+
+/// For each number of rays the time of each engine's soonest setting, with the setting's name.
+fn pictures(rows: &[&Value]) -> Lines {
+    let threads = most_threads(rows);
+    let scenes = Scene::all(rows);
+    let soonest = |scene: &Scene<'_>, (engine, label): (&str, &str), samples: u64| {
+        let of_engine = SETTINGS.iter().filter(|setting| setting.0 == engine);
+        let timed = of_engine.filter_map(|setting| {
+            let is_it = |row: &Value| row["threads"] == threads && row["samples"] == samples;
+            Some((
+                scene.number(setting, "picture_ms", is_it)?,
+                setting.2.strip_prefix(label).unwrap_or(setting.2).trim(),
+            ))
+        });
+        timed.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let measured: Vec<_> =
+        ENGINES.into_iter().filter(|&engine| scenes.iter().any(|scene| soonest(scene, engine, 1).is_some())).collect();
     let mut lines = Lines::new();
-    for (kind, title) in KINDS {
-        let rows = all.newest(kind, shown);
-        let mut ratios = Vec::new();
-        let mut table = Lines::new();
-        for scene in Scene::all(&rows) {
-            let fastest = |engine: &str| {
-                let of_engine = scene.rows.iter().filter(|row| {
-                    let setting = row["setting"].as_str().unwrap_or_default();
-                    let is_wanted = if engine == "bvhscope" {
-                        setting == "box best"
-                    } else {
-                        setting.ends_with("robust") == is_robust
-                    };
-                    let fits = interface.is_empty() || row["interface"] == interface;
-                    row["engine"] == engine && row["threads"] == 1 && is_wanted && fits
-                });
-                let rates = of_engine.filter_map(|row| Some((rate(row)?, row["interface"].as_str()?)));
-                rates.max_by(|a, b| a.0.total_cmp(&b.0))
-            };
-            if let (Some((own, _)), Some((peer, name))) = (fastest("bvhscope"), fastest("embree")) {
-                ratios.push(own / peer);
-                let [own_rate, peer_rate] = [own, peer].map(|rate| format!("{rate:.1}"));
-                table.push(vec![scene.label, own_rate, peer_rate, format!("{:.2}", own / peer), name.to_owned()]);
-            }
-        }
-        if table.is_empty() {
-            continue;
-        }
+    for (samples, title) in [(1, "1 ray a hit"), (16, "16 rays a hit"), (256, "256 rays a hit")] {
         if !lines.is_empty() {
             lines.push(Vec::new());
         }
-        lines.push([title, "this engine", "Embree", "ratio", "Embree's interface"].map(str::to_owned).to_vec());
-        let is_several = table.len() > 1;
-        lines.append(&mut table);
-        if is_several {
-            let none = String::new;
-            lines.push(vec!["median".to_owned(), none(), none(), median(ratios), none()]);
+        let titles = measured.iter().map(|(_, label)| (*label).to_owned());
+        lines.push([title.to_owned()].into_iter().chain(titles).collect());
+        let mut ratios = vec![Vec::new(); measured.len()];
+        for scene in &scenes {
+            let times: Vec<_> = measured.iter().map(|&engine| soonest(scene, engine, samples)).collect();
+            for (ratios, time) in ratios.iter_mut().zip(&times) {
+                ratios.extend(time.zip(times[0]).map(|(time, own)| time.0 / own.0));
+            }
+            let cells = times.iter().map(|time| {
+                time.map_or_else(none, |(ms, setting)| format!("{setting} {}", number(ms)).trim_start().to_owned())
+            });
+            lines.push([scene.label.clone()].into_iter().chain(cells).collect());
         }
+        lines.push(
+            ["of this engine's time, median".to_owned()].into_iter().chain(ratios.into_iter().map(median)).collect(),
+        );
     }
     lines
-}
-
-/// Single rays through the tree of every setting, in the run of `rows`.
-fn engines(rows: &[&Value], all: &Rows, shown: Shown<'_>) -> Lines {
-    let kinds: Vec<&Value> = KINDS.iter().flat_map(|(kind, _)| all.newest(kind, shown)).collect();
-    let scenes: Vec<Scene> = Scene::all(rows)
-        .into_iter()
-        .map(|scene| {
-            let model = &scene.rows[0]["model"];
-            let rows = kinds.iter().filter(|row| row["model"] == *model).copied().collect();
-            Scene { label: scene.label, rows }
-        })
-        .collect();
-    let columns = KINDS.map(|(kind, title)| -> Column<'_> {
-        let cell = move |scene: &Scene, (engine, setting, _): &Setting| {
-            let is_it = |row: &&&Value| {
-                row["part"] == kind
-                    && row["engine"] == *engine
-                    && row["setting"] == *setting
-                    && row["threads"] == 1
-                    && row["interface"] == "single"
-            };
-            Some(format!("{:.1}", rate(scene.rows.iter().find(is_it)?)?))
-        };
-        (title, Box::new(cell))
-    });
-    by_scene(&scenes, &columns)
-}
-
-fn pictures(rows: &[&Value]) -> Lines {
-    let threads = most_threads(rows);
-    let columns = [(1, "1 ray"), (16, "16 rays"), (256, "256 rays")].map(|(samples, title)| -> Column<'_> {
-        let cell = move |scene: &Scene, setting: &Setting| {
-            let is_it = |row: &Value| row["threads"] == threads && row["samples"] == samples;
-            scene.number(setting, "picture_ms", is_it).map(number)
-        };
-        (title, Box::new(cell))
-    });
-    by_scene(&Scene::all(rows), &columns)
 }
 
 /// Results of the paper for its scenes, boxes and spheres: build and trace time in milliseconds, tests per ray.
@@ -360,7 +426,7 @@ fn paper(rows: &[&Value]) -> Lines {
 }
 
 fn median(ratios: Vec<f64>) -> String {
-    if ratios.is_empty() { "–".to_owned() } else { format!("{:.2}", middle(ratios)) }
+    if ratios.is_empty() { none() } else { ratio(middle(ratios)) }
 }
 
 /// The median of at least one number.
