@@ -26,7 +26,7 @@ use bvhscope_engine::{
 };
 
 use crate::budget::Budget;
-use crate::catalog::reading::Times;
+use crate::catalog::reading::{EnteringReading, Times};
 use crate::scene::Scene;
 
 pub use file_tree::FileTree;
@@ -100,7 +100,7 @@ pub struct Accel {
     epo: OnceLock<EndPointOverlap>,
     hash: OnceLock<u64>,
     whole_builds: OnceLock<WholeBuilds>,
-    entering_tests: OnceLock<Option<f32>>,
+    entering: OnceLock<Option<EnteringReading>>,
     ancestry: OnceLock<Ancestry>,
     regrets: OnceLock<Regrets>,
     /// Takes the memory of the tree for the next build of the session.
@@ -225,7 +225,7 @@ impl Accel {
             epo: OnceLock::new(),
             hash: OnceLock::new(),
             whole_builds: OnceLock::new(),
-            entering_tests: OnceLock::new(),
+            entering: OnceLock::new(),
             ancestry: OnceLock::new(),
             regrets: OnceLock::new(),
             recycler,
@@ -347,14 +347,14 @@ impl Accel {
         if self.whole_builds().is_some() { &[] } else { &self.report.stages.reused }
     }
 
-    /// Tests of a ray that enters the root in the measuring view; `None` until they were counted, and where no ray does.
-    pub fn entering_tests(&self) -> Option<f32> {
-        self.entering_tests.get().copied().flatten()
+    /// Counts of a ray that enters the root in the measuring view; `None` until they were counted, and where no ray does.
+    pub fn entering(&self) -> Option<EnteringReading> {
+        self.entering.get().copied().flatten()
     }
 
-    /// Keeps the tests of a ray that enters the root, `None` where no ray does. The first that are counted count.
-    pub fn keep_entering_tests(&self, tests: Option<f32>) {
-        self.entering_tests.get_or_init(|| tests);
+    /// Keeps the counts of a ray that enters the root, `None` where no ray does. The first ones are kept.
+    pub fn keep_entering(&self, counts: Option<EnteringReading>) {
+        self.entering.get_or_init(|| counts);
     }
 
     /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]

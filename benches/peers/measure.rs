@@ -7,10 +7,13 @@ use std::time::{Duration, Instant};
 use bvhscope_engine::Aabb;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::overlap::end_point_overlap;
 use bvhscope_engine::tree::statistics::collapsed_cost_of;
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal, any_hit_with, closest_hit};
 use bvhscope_engine::tree::{AnyTree, Tree};
+use bvhscope_engine::wide::AnyWideTree;
+use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 
 use crate::embree::{self, Device, Scene};
 use crate::embree_library::libraries;
@@ -27,7 +30,7 @@ use crate::{tinybvh_library, tinybvh_peer};
 pub const PARTS: [&str; 7] = ["build", "tree", "primary", "ao", "diffuse", "picture", "update"];
 /// Samples of ambient occlusion per pixel of the measured pictures.
 const PICTURES: [u32; 3] = [1, 16, 256];
-/// One ray in this many is counted through the binary trees.
+/// One ray in this many is counted through the trees.
 const COUNTED: usize = 16;
 /// Width and height of the picture by which updates are checked.
 const CHECKED_SIZE: u32 = 256;
@@ -84,9 +87,20 @@ pub struct TreeRow {
     pub ratio: Option<f64>,
     /// End-point overlap.
     pub overlap: Option<f64>,
-    /// Container and triangle tests per ray through the binary tree, for each kind of rays.
-    pub tests: Vec<(&'static str, [f64; 2])>,
+    /// Tests and reads of each kind of rays.
+    pub counts: Vec<(&'static str, RayCounts)>,
     pub bytes: Option<usize>,
+}
+
+/// Averages of single rays.
+#[derive(Debug, Clone, Copy)]
+pub struct RayCounts {
+    /// Container tests in the binary tree.
+    pub containers: f64,
+    /// Triangle tests in the binary tree.
+    pub triangles: f64,
+    /// Bytes of the cache lines that are read of this engine's wide tree, made from the binary one.
+    pub bytes: f64,
 }
 
 /// One line of a table of rays.
@@ -297,15 +311,16 @@ fn update_rows(
 
 fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) -> Vec<TreeRow> {
     let row = |judged: Judged| {
-        let tests = judged.tree.as_ref().map_or_else(Vec::new, |tree| {
-            works.iter().map(|work| (work.name, tests_per_ray(tree, &judged.leaf_triangles, work))).collect()
+        let counts = judged.tree.as_ref().map_or_else(Vec::new, |tree| {
+            let wide = engine::wide(&AnyTree::Aabb(tree.clone()), triangles);
+            works.iter().map(|work| (work.name, counts_of(tree, &judged.leaf_triangles, &wide, work))).collect()
         });
         TreeRow {
             engine: judged.engine,
             name: judged.name,
             sah_cost: judged.tree.as_ref().map(collapsed_cost_of),
             ratio: None,
-            tests,
+            counts,
             bytes: judged.bytes,
             overlap: judged.tree.map(|tree| {
                 let tree = AnyTree::Aabb(tree);
@@ -322,18 +337,29 @@ fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) ->
     rows
 }
 
-/// Container and triangle tests per ray, over every [`COUNTED`]th ray.
-fn tests_per_ray(tree: &Tree<Aabb>, leaf_triangles: &[Triangle], work: &Workload) -> [f64; 2] {
-    let mut counts = TestCounts::default();
+/// Averages over every [`COUNTED`]th ray.
+fn counts_of(tree: &Tree<Aabb>, leaf_triangles: &[Triangle], wide: &AnyWideTree, work: &Workload) -> RayCounts {
+    let (mut tests, mut lines) = (TestCounts::default(), CacheLines::default());
+    let mut probe = LineProbe::new(wide);
+    let level = SimdLevel::of_builds().level();
     let rays = work.rays.iter().step_by(COUNTED);
     let count = rays.len().max(1) as f64;
     for ray in rays {
         match work.query {
-            Query::Closest => drop(closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut counts)),
-            Query::Any => drop(any_hit_with(tree, leaf_triangles, ray, &mut counts)),
+            Query::Closest => {
+                closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut tests);
+                wide.closest_hit_with(level, ray, &mut probe);
+            }
+            Query::Any => {
+                any_hit_with(tree, leaf_triangles, ray, &mut tests);
+                wide.any_hit_with(level, ray, &mut probe);
+            }
         }
+        lines += probe.take();
     }
-    [counts.containers as f64 / count, counts.primitives as f64 / count]
+    let [containers, triangles, bytes] =
+        [tests.containers, tests.primitives, lines.bytes()].map(|sum| sum as f64 / count);
+    RayCounts { containers, triangles, bytes }
 }
 
 /// Distances may differ by this share, and hits by this share of the rays: engines round differently at edges.

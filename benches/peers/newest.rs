@@ -34,6 +34,6 @@ pub fn newest(text: &str, max_bytes: usize) -> serde_json::Result<String> {
         (is_first || bytes <= max_bytes).then_some(run)
     };
     let kept: Vec<(&str, &[String; 2])> = sizes.into_iter().rev().map_while(within).collect();
-    let is_kept = |key: &[String; 2], date: &str| kept.iter().any(|run| *run == (date, key));
+    let is_kept = |key: &[String; 2], date: &str| kept.contains(&(date, key));
     Ok(lines.iter().filter(|(_, key, date)| is_kept(key, date)).map(|(line, ..)| format!("{line}\n")).collect())
 }

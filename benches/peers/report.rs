@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::measure::{BuildRow, Outcome, PictureRow, TraceRow, TreeRow};
+use crate::measure::{BuildRow, Outcome, PictureRow, RayCounts, TraceRow, TreeRow};
 
 /// Prints tables. `×` is the ratio to the best peer.
 pub fn print_tables(outcome: &Outcome) {
@@ -33,10 +33,12 @@ pub fn print_tables(outcome: &Outcome) {
     if !outcome.trees.is_empty() {
         println!(
             "  {:<30} {:>9} {:>6} {:>7} {:>15} {:>22}",
-            "tree", "SAH cost", "×", "EPO", "bytes/triangle", "containers + triangles"
+            "tree", "SAH cost", "×", "EPO", "bytes/triangle", "containers + triangles, reads"
         );
         for row in &outcome.trees {
-            let tests: Vec<String> = row.tests.iter().map(|(work, [c, t])| format!("{work} {c:.1} + {t:.1}")).collect();
+            let counts = row.counts.iter().map(|(work, RayCounts { containers, triangles, bytes })| {
+                format!("{work} {containers:.1} + {triangles:.1}, {bytes:.0} B")
+            });
             println!(
                 "  {:<30} {:>9} {:>6} {:>7} {:>15} {}",
                 format!("{} {}", row.engine, row.name),
@@ -44,7 +46,7 @@ pub fn print_tables(outcome: &Outcome) {
                 ratio(row.ratio),
                 row.overlap.map_or("–".to_owned(), |overlap| format!("{overlap:.2}")),
                 row.bytes.map_or("–".to_owned(), |bytes| format!("{:.1}", bytes as f64 / *triangles as f64)),
-                tests.join(", "),
+                counts.collect::<Vec<_>>().join("; "),
             );
         }
     }
@@ -95,14 +97,15 @@ pub fn rows(outcome: &Outcome) -> Vec<Value> {
             "mtris_per_s": rate(outcome.triangles, ready[0]), "ratio": ratio,
         }));
     }
-    for TreeRow { engine, name, sah_cost, ratio, overlap, tests, bytes } in &outcome.trees {
+    for TreeRow { engine, name, sah_cost, ratio, overlap, counts, bytes } in &outcome.trees {
         let mut row = json!({
             "part": "tree", "engine": engine, "setting": name, "sah_cost": sah_cost, "ratio": ratio, "epo": overlap,
             "bytes_per_triangle": bytes.map(|bytes| bytes as f64 / outcome.triangles as f64),
         });
-        for (work, [containers, triangles]) in tests {
+        for (work, RayCounts { containers, triangles, bytes }) in counts {
             row[format!("{work}_container_tests_per_ray")] = json!(containers);
             row[format!("{work}_primitive_tests_per_ray")] = json!(triangles);
+            row[format!("{work}_bytes_per_ray")] = json!(bytes);
         }
         rows.push(row);
     }

@@ -21,7 +21,7 @@ impl Accel {
             hashes: None,
             wide,
             trace: None,
-            entering_tests: self.entering_tests(),
+            entering: self.entering(),
         }
     }
 }

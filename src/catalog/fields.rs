@@ -122,6 +122,8 @@ const OWN: [(&str, &[Field]); 5] = [
             ("hit", "Distance and triangle of the hit; null for a miss"),
             ("container_tests", "Containers tested"),
             ("primitive_tests", "Triangles tested"),
+            ("node_lines", "Cache lines of nodes that are read; only of the wide tree"),
+            ("triangle_lines", "Cache lines of triangles that are read; only of the wide tree"),
             ("visited", "Nodes visited"),
             ("wasted", "Nodes visited below which nothing is hit"),
             ("skipped", "Nodes entered by the ray and not visited, because a nearer hit was known"),

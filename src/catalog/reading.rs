@@ -57,8 +57,17 @@ pub struct TreeReading<'a> {
     pub wide: Option<WideReading>,
     /// The traced rays.
     pub trace: Option<TraceReading>,
-    /// Container and triangle tests of a primary ray that enters the root.
-    pub entering_tests: Option<f32>,
+    /// Counts of a primary ray that enters the root.
+    pub entering: Option<EnteringReading>,
+}
+
+/// Averages over the primary rays of a view that enter the root.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnteringReading {
+    /// Container and triangle tests in the binary tree.
+    pub tests: f32,
+    /// Cache lines that are read of the wide tree: of nodes and of triangles.
+    pub lines: [f32; 2],
 }
 
 /// Time and sizes of a wide tree.

@@ -238,6 +238,12 @@ pub const WIDE_TREE: Term = Term {
     text: "The same hierarchy with up to eight children a node, so that one SIMD instruction tests all of them. Pictures are traced through it.",
     source: "Ylitie, Karras and Laine 2017",
 };
+/// Cache line.
+pub const CACHE_LINE: Term = Term {
+    name: "Cache line",
+    text: "Memory is read in lines of 64 bytes. A ray costs each line of the wide tree that it touches, once, whatever part of it is used.",
+    source: "Haydel, Kensler, Brunvand and Yuksel 2026",
+};
 /// SIMD level.
 pub const SIMD: Term = Term {
     name: "SIMD level",
@@ -259,7 +265,7 @@ pub const PASS: Term = Term {
 /// Heat map.
 pub const HEAT_MAP: Term = Term {
     name: "Heat map",
-    text: "A picture whose colours count the tests of each pixel's ray: where the tree is expensive.",
+    text: "A picture whose colours count the tests of each pixel's ray, or the memory that it reads: where the tree is expensive.",
     source: "",
 };
 /// The paper.

@@ -136,6 +136,11 @@ struct RaySummary {
     hit: Option<HitLine>,
     container_tests: u64,
     primitive_tests: u64,
+    /// Cache lines of the wide tree.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    node_lines: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangle_lines: Option<u64>,
     visited: usize,
     wasted: usize,
     skipped: usize,
@@ -200,6 +205,8 @@ impl RaySummary {
             hit: record.hit.map(|(t, triangle)| HitLine { t, triangle }),
             container_tests: record.counts.containers,
             primitive_tests: record.counts.primitives,
+            node_lines: record.lines.map(|lines| lines.nodes),
+            triangle_lines: record.lines.map(|lines| lines.triangles),
             visited,
             wasted,
             skipped,

@@ -27,10 +27,10 @@ pub fn measuring_camera(scene: &Scene) -> Camera {
 /// Counts the tests of the measuring view and repeats the build of `accel` in the calling thread's rayon pool. Both are kept in it;
 /// what it has already is not measured again.
 pub fn measure_at_rest(accel: &Arc<Accel>, token: &CancelToken) -> Result<(), Cancelled> {
-    if accel.entering_tests().is_none() {
+    if accel.entering().is_none() {
         let camera = measuring_camera(&accel.scene);
         let request = RenderRequest::new(accel, camera, RenderSettings::default(), MEASURING_PX);
-        accel.keep_entering_tests(count_tests(&request, &token.part(0, 2))?.per_entering_ray());
+        accel.keep_entering(count_tests(&request, &token.part(0, 2))?.of_entering_ray());
     }
     if accel.whole_builds().is_none()
         && let Some(builds) = repeat_build(accel, &token.part(1, 2))?
@@ -80,7 +80,7 @@ mod tests {
             let build = BuildSettings { container, ..BuildSettings::default() };
             let token = CancelToken::new();
             let accel = Arc::new(Accel::build(&scene, &build, &token).unwrap());
-            assert!(accel.whole_builds().is_none() && accel.entering_tests().is_none());
+            assert!(accel.whole_builds().is_none() && accel.entering().is_none());
             measure_at_rest(&accel, &token).unwrap();
             let WholeBuilds { times, stages } = accel.whole_builds().unwrap();
             let [least, most] = times.spread.unwrap();
@@ -98,10 +98,11 @@ mod tests {
             let request = RenderRequest::new(&accel, measuring_camera(&scene), settings, [256; 2]);
             let counted = count_tests(&request, &token).unwrap();
             assert_eq!((counted.rays, counted.entering), (measured.rays.into(), measured.root_hits.into()));
-            let [by_visits, by_tests] = [measured.tests_per_entering_ray, counted.per_entering_ray().map(f64::from)];
+            let by_tests = counted.of_entering_ray().map(|counts| f64::from(counts.tests));
+            let by_visits = measured.tests_per_entering_ray;
             assert!((by_visits.unwrap() / by_tests.unwrap() - 1.0).abs() < 1e-6, "{by_visits:?} {by_tests:?}");
             let per_ray = counted.container_tests_per_ray + counted.primitive_tests_per_ray;
-            assert!(accel.entering_tests().unwrap() > per_ray);
+            assert!(accel.entering().unwrap().tests > per_ray);
         }
     }
 
@@ -111,6 +112,6 @@ mod tests {
         let accel = Arc::new(Accel::build(&teapot(), &BuildSettings::default(), &token).unwrap());
         token.cancel();
         assert!(measure_at_rest(&accel, &token).is_err());
-        assert!(accel.whole_builds().is_none() && accel.entering_tests().is_none());
+        assert!(accel.whole_builds().is_none() && accel.entering().is_none());
     }
 }

@@ -122,7 +122,7 @@ impl Trial {
                 wide: Some(times(self.wide_traces_ms.iter().copied())),
                 picture_mrays_per_s: None,
             }),
-            entering_tests: tests.per_entering_ray(),
+            entering: tests.of_entering_ray(),
         }
     }
 }
@@ -166,6 +166,7 @@ mod tests {
     use bvhscope_engine::tree::ContainerKind;
     use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, TreeStats};
     use bvhscope_engine::tree::traverse::Traversal;
+    use bvhscope_engine::wide::trace::CacheLines;
 
     #[test]
     fn medians_of_odd_and_even_counts() {
@@ -231,6 +232,7 @@ mod tests {
                 container_tests_per_ray: 11.25,
                 primitive_tests_per_ray: 1.5,
                 entering: 50,
+                lines: CacheLines { nodes: 1021, triangles: 1031 },
                 trace_time: Duration::from_millis(997),
             },
         }
@@ -257,6 +259,10 @@ mod tests {
             "primitive_tests_per_ray": 1.5,
             // 12.75 tests of 101 rays, of which 51 miss the root with one test each: 1,236.75 tests of 50 rays.
             "tests_per_entering_ray": 24.735,
+            // 64 times the sum of 1,021 and 1,031 lines over 50 rays.
+            "bytes_per_entering_ray": 2626.56,
+            "node_lines_per_entering_ray": 20.42,
+            "triangle_lines_per_entering_ray": 20.62,
             "sah_cost": 67.5,
             "traversal_cost": TRAVERSAL_COST,
             "intersection_cost": INTERSECTION_COST,

@@ -8,10 +8,13 @@ use rayon::prelude::*;
 
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
+use crate::catalog::reading::EnteringReading;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::Node;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, new_stack};
+use bvhscope_engine::wide::AnyWideTree;
+use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 use bvhscope_engine::with_tree;
 
 /// Test counts of the primary rays through all pixel centres.
@@ -27,17 +30,21 @@ pub struct TestSummary {
     pub primitive_tests_per_ray: f32,
     /// Number of rays that enter the root.
     pub entering: u64,
+    /// Cache lines of the wide tree that those rays read, each once a ray.
+    pub lines: CacheLines,
     /// Wall-clock time including the counting.
     pub trace_time: Duration,
 }
 
 impl TestSummary {
-    /// Average tests of a ray that enters the root, for which the root counts too; all others have one test each. `None` where no
-    /// ray enters it.
-    pub fn per_entering_ray(&self) -> Option<f32> {
+    /// Averages of a ray that enters the root, whose test counts too; all others have one test each. `None` where no ray enters it.
+    pub fn of_entering_ray(&self) -> Option<EnteringReading> {
         let per_ray = f64::from(self.container_tests_per_ray) + f64::from(self.primitive_tests_per_ray);
-        let missing = (self.rays - self.entering) as f64;
-        (self.entering > 0).then(|| ((per_ray * self.rays as f64 - missing) / self.entering as f64) as f32)
+        let (missing, entering) = ((self.rays - self.entering) as f64, self.entering as f64);
+        (self.entering > 0).then(|| EnteringReading {
+            tests: ((per_ray * self.rays as f64 - missing) / entering) as f32,
+            lines: [self.lines.nodes, self.lines.triangles].map(|lines| (lines as f64 / entering) as f32),
+        })
     }
 }
 
@@ -52,19 +59,26 @@ pub struct PrimaryTrace {
     pub trace_time: Duration,
 }
 
-/// Counts the tests of the primary rays in the order of `request.settings.traversal`, in the calling thread's rayon pool.
+/// Counts the tests of the primary rays in the order of `request.settings.traversal`, and the cache lines that they read of the wide
+/// tree, in the calling thread's rayon pool.
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
+    let wide = &request.accel.widen(token)?.tree;
     let start = Instant::now();
-    let (hits, counts) = trace::<TestCounts>(request, request.settings.traversal, token)?;
+    let tiles = trace::<TestCounts>(request, request.settings.traversal, Some(wide), token)?;
     let rays = Grid::new(request).ray_count();
     let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
+    let mut lines = CacheLines::default();
+    for tile in &tiles {
+        lines += tile.lines;
+    }
     Ok(TestSummary {
         rays,
-        hits,
-        container_tests_per_ray: per_ray(counts.iter().map(|(tests, _)| tests.containers).sum()),
-        primitive_tests_per_ray: per_ray(counts.iter().map(|(tests, _)| tests.primitives).sum()),
-        entering: counts.iter().map(|(_, entering)| entering).sum(),
+        hits: tiles.iter().map(|tile| tile.hits).sum(),
+        container_tests_per_ray: per_ray(tiles.iter().map(|tile| tile.probe.containers).sum()),
+        primitive_tests_per_ray: per_ray(tiles.iter().map(|tile| tile.probe.primitives).sum()),
+        entering: tiles.iter().map(|tile| tile.entering).sum(),
+        lines,
         trace_time: start.elapsed(),
     })
 }
@@ -77,7 +91,8 @@ pub fn trace_primary(
 ) -> Result<PrimaryTrace, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let (hits, _) = trace::<NoProbe>(request, traversal, token)?;
+    let tiles = trace::<NoProbe>(request, traversal, None, token)?;
+    let hits = tiles.iter().map(|tile| tile.hits).sum();
     Ok(PrimaryTrace { rays: Grid::new(request).ray_count(), hits, trace_time: start.elapsed() })
 }
 
@@ -127,12 +142,24 @@ impl Entering for TestCounts {
     }
 }
 
-/// Number of hits, and for each tile the probe and the number of rays that entered the root.
+/// Counts of the rays of a tile.
+#[derive(Default)]
+struct TileCounts<P> {
+    hits: u64,
+    probe: P,
+    /// Number of rays that enter the root.
+    entering: u64,
+    /// Cache lines that those rays read.
+    lines: CacheLines,
+}
+
+/// Traces the primary rays, and those that enter the root once more through the wide tree, if its lines are to be counted.
 fn trace<P: Entering>(
     request: &RenderRequest,
     traversal: Traversal,
+    wide: Option<&AnyWideTree>,
     token: &CancelToken,
-) -> Result<(u64, Vec<(P, u64)>), Cancelled> {
+) -> Result<Vec<TileCounts<P>>, Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let tree = &request.accel.tree;
@@ -142,25 +169,31 @@ fn trace<P: Entering>(
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;
         let mut stack = new_stack(tree.max_depth());
-        let (mut hits, mut entering, mut probe) = (0, 0, P::default());
+        let mut counts = TileCounts::<P>::default();
+        let mut lines = wide.map(|wide| (wide, LineProbe::new(wide)));
         grid.for_each_pixel(tile, |x, y, _| {
             let point = grid.point(x, y, Vec2::splat(0.5));
-            let before = probe;
-            let hit = request.first_visible(camera.ray(point.x, point.y), |ray| {
-                tree.closest_hit_with(level, triangles, ray, traversal, &mut stack, &mut probe)
+            let (ray, before) = (camera.ray(point.x, point.y), counts.probe);
+            let hit = request.first_visible(ray, |ray| {
+                tree.closest_hit_with(level, triangles, ray, traversal, &mut stack, &mut counts.probe)
             });
-            hits += u64::from(hit.is_some());
+            counts.hits += u64::from(hit.is_some());
             // A root that is a leaf is not tested: all rays count as entering it.
-            entering += u64::from(root_is_leaf || probe.has_entered(&before));
+            if root_is_leaf || counts.probe.has_entered(&before) {
+                counts.entering += 1;
+                if let Some((wide, probe)) = &mut lines {
+                    request.first_visible(ray, |ray| wide.closest_hit_with(level, ray, probe));
+                    counts.lines += probe.take();
+                }
+            }
         });
-        Ok((hits, (probe, entering)))
+        Ok(counts)
     };
     let fork = token.fork();
-    let tiles: Vec<(u64, (P, u64))> = (0..grid.tile_count)
+    let tiles = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| fork.task(|token| trace_tile(tile, token)))
         .collect::<Result<_, Cancelled>>()?;
     fork.join();
-    let hits = tiles.iter().map(|(hits, _)| hits).sum();
-    Ok((hits, tiles.into_iter().map(|(_, counts)| counts).collect()))
+    Ok(tiles)
 }

@@ -39,11 +39,18 @@ pub enum HeatKind {
     Both,
     /// Steps through the wide tree: nodes visited and blocks of triangles tested.
     Steps,
+    /// Cache lines of the wide tree that are read, each once for a ray.
+    Lines,
     /// Containers along the whole ray, whatever surface is in between: how many lie one over the other in a pixel.
     WholeRay,
 }
 
 impl HeatKind {
+    /// Rays are counted through the wide tree.
+    pub const fn is_of_wide_tree(self) -> bool {
+        matches!(self, Self::Steps | Self::Lines)
+    }
+
     /// The counted quantity in the plural, for labels.
     pub const fn counted(self) -> &'static str {
         match self {
@@ -51,6 +58,7 @@ impl HeatKind {
             Self::Primitives => "triangle tests",
             Self::Both => "tests",
             Self::Steps => "wide tree steps",
+            Self::Lines => "cache lines",
             Self::WholeRay => "containers along the ray",
         }
     }
@@ -289,7 +297,7 @@ impl Shading {
     }
 
     /// All modes, in the order of menus.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
@@ -299,6 +307,7 @@ impl Shading {
         Self::Heat(HeatKind::Containers),
         Self::Heat(HeatKind::Primitives),
         Self::Heat(HeatKind::Steps),
+        Self::Heat(HeatKind::Lines),
         Self::Heat(HeatKind::WholeRay),
     ];
 
@@ -314,6 +323,7 @@ impl Shading {
             Self::Heat(HeatKind::Containers) => "heat-containers",
             Self::Heat(HeatKind::Primitives) => "heat-primitives",
             Self::Heat(HeatKind::Steps) => "heat-steps",
+            Self::Heat(HeatKind::Lines) => "heat-lines",
             Self::Heat(HeatKind::WholeRay) => "heat-whole-ray",
         }
     }
@@ -330,6 +340,7 @@ impl Shading {
             Self::Heat(HeatKind::Containers) => "Heat: container tests",
             Self::Heat(HeatKind::Primitives) => "Heat: triangle tests",
             Self::Heat(HeatKind::Steps) => "Heat: wide tree steps",
+            Self::Heat(HeatKind::Lines) => "Heat: cache lines",
             Self::Heat(HeatKind::WholeRay) => "Heat: whole ray",
         }
     }

@@ -45,6 +45,8 @@ pub(super) enum Counting {
     Tests,
     /// Steps through the wide tree.
     Steps,
+    /// Cache lines of the wide tree: of nodes in place of containers, of triangles in place of primitives.
+    Lines,
     /// Containers that the whole ray enters, as if nothing stopped it.
     WholeRay,
 }
@@ -213,7 +215,7 @@ impl Heat {
         let value = match self.0 {
             HeatKind::Containers | HeatKind::WholeRay => tests.containers,
             HeatKind::Primitives => tests.primitives,
-            HeatKind::Both | HeatKind::Steps => tests.containers + tests.primitives,
+            HeatKind::Both | HeatKind::Steps | HeatKind::Lines => tests.containers + tests.primitives,
         };
         Shaded::value(value as f32)
     }
@@ -228,6 +230,7 @@ impl Shade for Heat {
         match self.0 {
             HeatKind::Containers | HeatKind::Primitives | HeatKind::Both => Counting::Tests,
             HeatKind::Steps => Counting::Steps,
+            HeatKind::Lines => Counting::Lines,
             HeatKind::WholeRay => Counting::WholeRay,
         }
     }

@@ -91,6 +91,7 @@ impl<S: Shade> Pass<'_, '_, S> {
             let hit = match self.shade.counting() {
                 Counting::Tests => context.closest_solid(&ray, self.request.settings.traversal, &mut tests),
                 Counting::Steps => context.closest_in_steps(&ray, &mut tests),
+                Counting::Lines => context.closest_in_lines(&ray, &mut tests),
                 Counting::WholeRay => context.closest_of_whole_ray(&ray, &mut tests.containers),
             };
             let hit = hit.map(|hit| (hit, S::Point::default()));

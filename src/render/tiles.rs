@@ -16,7 +16,7 @@ use super::lights::Lights;
 use super::lit::Lit;
 use super::primary::count_tests;
 use super::request::RenderRequest;
-use super::settings::{HeatKind, Shading};
+use super::settings::Shading;
 use super::shade::{AmbientOcclusion, Counting, Depth, Heat, Normals, Shade};
 use super::surface;
 use super::tile::{Pass, PassCounts};
@@ -69,9 +69,9 @@ fn trace(
     radiance: Option<&mut Vec<[f32; 3]>>,
 ) -> Result<Frame, RenderError> {
     let accel = &*request.accel;
-    // Coarse pictures wait neither for the wide tree, unless they show its steps, nor for the smooth normals of a large model.
+    // Coarse pictures wait neither for the wide tree, unless they count in it, nor for the smooth normals of a large model.
     let is_coarse = request.coarseness > 1.0;
-    if !is_coarse || request.settings.shading == Shading::Heat(HeatKind::Steps) {
+    if !is_coarse || matches!(request.settings.shading, Shading::Heat(kind) if kind.is_of_wide_tree()) {
         accel.widen(token)?;
     }
     let normals = if is_coarse {

@@ -12,7 +12,8 @@ use crate::scene::{Material, Scene};
 use crate::vectors::length;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, Traversal};
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
+use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 use bvhscope_engine::wide::tree::AnyWideTree;
 
 use super::request::RenderRequest;
@@ -169,6 +170,16 @@ impl<'a> TraceContext<'a> {
     pub(super) fn closest_in_steps<P: Probe>(&self, ray: &Ray, probe: &mut P) -> Option<Hit> {
         let wide = &self.accel.wide().tree;
         self.first_visible(ray, |ray| wide.closest_hit_with(self.level, ray, probe))
+    }
+
+    /// [`Self::closest_in_steps`] with the cache lines that it reads, of nodes as containers and of triangles as primitives: each once,
+    /// however often the ray is traced again.
+    pub(super) fn closest_in_lines(&self, ray: &Ray, lines: &mut TestCounts) -> Option<Hit> {
+        let mut probe = LineProbe::new(&self.accel.wide().tree);
+        let hit = self.closest_in_steps(ray, &mut probe);
+        let CacheLines { nodes, triangles } = probe.take();
+        *lines = TestCounts { containers: nodes, primitives: triangles };
+        hit
     }
 
     /// The closest hit through the binary tree with its tests counted; cut-outs are solid. Behind a hidden triangle the ray is

@@ -14,7 +14,7 @@ use bvhscope::lab::{Measurement, Setup, Subject, TraceView, measure};
 use bvhscope::render::{
     HeatKind, RenderRequest, RenderSettings, Shading, count_tests, render, trace_primary, trace_primary_wide,
 };
-use bvhscope::scene::{Scene, SceneSource};
+use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
 use bvhscope_engine::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
@@ -129,6 +129,26 @@ fn pictures_and_summaries_carry_the_same_counts() {
     let summary = count_tests(&request, &CancelToken::new()).unwrap();
     assert_eq!((summary.rays, summary.hits), (14, 4));
     assert_eq!((summary.container_tests_per_ray, summary.primitive_tests_per_ray), (46.0 / 14.0, 4.0 / 14.0));
+}
+
+/// Rays that miss the root's box read its node all the same, four lines, and are left out of the mean.
+#[test]
+fn summaries_count_the_cache_lines_of_the_rays_that_enter_the_root() {
+    let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
+    let accel = Arc::new(Accel::build(&scene, &settings(), &CancelToken::new()).unwrap());
+    let settings = RenderSettings { shading: Shading::Heat(HeatKind::Lines), ..RenderSettings::default() };
+    let request = RenderRequest::new(&accel, Camera::framing(&scene.bounds, scene.up), settings, [60, 50]);
+    let frame = render(&request, &CancelToken::new(), &|_| ()).unwrap();
+    let summary = count_tests(&request, &CancelToken::new()).unwrap();
+    assert!(summary.entering > 1_000 && summary.entering < summary.rays, "{summary:?}");
+    let shown = frame.values.iter().map(|&value| f64::from(value)).sum::<f64>() as u64;
+    let lines = summary.lines.nodes + summary.lines.triangles;
+    assert_eq!(shown, lines + 4 * (summary.rays - summary.entering));
+    let means = summary.of_entering_ray().unwrap();
+    let sum = f64::from(means.lines[0] + means.lines[1]) * summary.entering as f64;
+    assert!((sum - lines as f64).abs() < 1.0, "{means:?}");
+    assert!(summary.lines.triangles > summary.hits, "{summary:?}");
 }
 
 /// One triangle behind the other in one pixel: only the papers' order tests both.

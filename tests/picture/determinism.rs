@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use bvhscope::accel::{Accel, BuildSession};
 use bvhscope::camera::Camera;
-use bvhscope::render::{HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
+use bvhscope::render::{Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Passes};
@@ -150,8 +150,9 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
             let (binary, accel) = picture(Accel::build_binary(&scene, &settings, &CancelToken::new()).unwrap());
             let same = wide.rgba == binary.rgba && wide.distance == binary.distance && wide.values == binary.values;
             assert!(same, "{} {}: the wide tree makes another picture", shading.name(), container.name());
-            // Only modes that count steps of the wide tree need it.
-            assert_eq!(accel.known_wide().is_some(), shading == Shading::Heat(HeatKind::Steps), "{}", shading.name());
+            // Only modes that count in the wide tree need it.
+            let is_of_wide = matches!(shading, Shading::Heat(kind) if kind.is_of_wide_tree());
+            assert_eq!(accel.known_wide().is_some(), is_of_wide, "{}", shading.name());
         }
     }
 }

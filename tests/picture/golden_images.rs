@@ -209,6 +209,7 @@ fn heat_of_boxes() {
     check("heat-containers-box", &teapot(Shading::Heat(HeatKind::Containers)), &TREE);
     check("heat-primitives-box", &teapot(Shading::Heat(HeatKind::Primitives)), &TREE);
     check("heat-whole-ray-box", &teapot(Shading::Heat(HeatKind::WholeRay)), &TREE);
+    check("heat-lines-box", &teapot(Shading::Heat(HeatKind::Lines)), &TREE);
 }
 
 #[test]

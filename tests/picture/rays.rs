@@ -62,10 +62,14 @@ fn recorded(accel: &Arc<Accel>, request: &RayRequest) -> Option<RayRecord> {
 
 /// The tests that each pixel of a heat map shows.
 fn heat(accel: &Arc<Accel>, request: &RayRequest) -> Vec<f32> {
-    let (kind, traversal) = match request.method {
-        RayMethod::Binary(traversal) => (HeatKind::Both, traversal),
-        RayMethod::Wide => (HeatKind::Steps, Traversal::Ordered),
-    };
+    match request.method {
+        RayMethod::Binary(traversal) => heat_of(accel, request, HeatKind::Both, traversal),
+        RayMethod::Wide => heat_of(accel, request, HeatKind::Steps, Traversal::Ordered),
+    }
+}
+
+/// The value of each pixel of a heat map.
+fn heat_of(accel: &Arc<Accel>, request: &RayRequest, kind: HeatKind, traversal: Traversal) -> Vec<f32> {
     let picture = RenderRequest {
         hidden: request.hidden.clone(),
         ..RenderRequest::new(
@@ -125,6 +129,36 @@ fn behind_hidden_triangles_and_section_planes_too() {
             again += record.steps.iter().filter(|step| matches!(step.what, Step::Again { .. })).count();
         }
         assert!(again > 50, "{method:?}: {again}");
+    }
+}
+
+/// Also behind hidden triangles, where rays are traced in several parts.
+#[test]
+fn records_of_the_wide_tree_read_the_lines_that_the_heat_map_shows() {
+    for accel in trees() {
+        let wide = request(&accel, RayMethod::Wide);
+        let table = NodeTable::new(&accel);
+        let hidden = table.visibility(&Selection { hidden: [1].into(), ..Selection::default() }).unwrap();
+        let without = RayRequest { hidden: Some(Arc::clone(&hidden.triangles)), ..wide.clone() };
+        let mut more = 0;
+        let [all, rest] = [wide, without].map(|request| {
+            let values = heat_of(&accel, &request, HeatKind::Lines, Traversal::Ordered);
+            for (pixel, &value) in pixels().zip(&values) {
+                let record =
+                    recorded(&accel, &RayRequest { start: RayStart::Pixel(pixel), ..request.clone() }).unwrap();
+                let lines = record.lines.expect("of the wide tree");
+                assert_eq!((lines.nodes + lines.triangles) as f32, value, "{pixel:?}");
+                assert!(lines.nodes > 0 && (record.hit.is_none() || lines.triangles > 0), "{pixel:?}");
+            }
+            values
+        });
+        for (all, rest) in all.iter().zip(&rest) {
+            assert!(rest >= all, "what is read again does not count again, and nothing less is read");
+            more += usize::from(rest > all);
+        }
+        assert!(more > 50, "{more}");
+        let binary = request(&accel, RayMethod::Binary(Traversal::Ordered));
+        assert_eq!(recorded(&accel, &binary).unwrap().lines, None);
     }
 }
 

@@ -356,7 +356,9 @@ mod tests {
                 .filter_map(|(at, ends)| Some((*blocks.blocks.block(at)?, ends[1] - ends[0])))
                 .collect();
             assert!(found == expected, "{count} triangles");
-            found.iter().for_each(|(_, size)| sizes[*size as usize] += 1);
+            for (_, size) in &found {
+                sizes[*size as usize] += 1;
+            }
             // A block has the place on the curve of its first primitive.
             let firsts = blocks.starts[..found.len()].iter().map(|&start| input.primitive(start as usize));
             assert!(firsts.eq((0..found.len()).map(|at| blocks.blocks.primitive(at))), "{count} triangles");

@@ -3,8 +3,10 @@
 use serde_json::Value;
 
 use super::row::{LESS, OF_VIEW, ROW, known, rate, single, tests};
-use super::{Compared, Direction, Number, Section, millions_per_second};
+use super::{Compared, Digits, Direction, Number, Section, millions_per_second};
 use crate::catalog::terms;
+use crate::text::number;
+use bvhscope_engine::wide::trace::LINE_BYTES;
 
 /// The rows, in the order of JSON, CSV and tables.
 pub(super) const ROWS: &[Number] = &[
@@ -135,10 +137,41 @@ pub(super) const ROWS: &[Number] = &[
                   tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
                   the measuring view, 1024×1024 pixels from the camera that frames the model, whatever the window shows",
         term: Some(&terms::TESTS_PER_RAY),
-        get: |tree| single(tree.entering_tests?),
+        get: |tree| single(tree.entering?.tests),
         compared: Some(Compared { name: "tests/entering ray", ..LESS }),
         column: Some(("entering", "tests/ray")),
         axis: Some("Tests per entering ray"),
+        ..ROW
+    },
+    Number {
+        key: "bytes_per_entering_ray",
+        unit: "B",
+        digits: Digits::Rounded,
+        label: "Bytes per ray",
+        meaning: "Memory of the wide tree that a ray of `tests_per_entering_ray` reads, on average: 64 bytes for each cache line of \
+                  nodes or triangles that it touches, counted once a ray, as if none were cached before",
+        term: Some(&terms::CACHE_LINE),
+        note: Some(|tree| {
+            let [nodes, triangles] = tree.entering?.lines.map(|lines| number(lines.into()));
+            Some(format!("{nodes} lines of nodes and {triangles} of triangles, in the measuring view"))
+        }),
+        get: |tree| single(tree.entering?.lines.iter().sum::<f32>() * LINE_BYTES as f32),
+        compared: Some(Compared { name: "bytes/entering ray", ..LESS }),
+        panel: Some(Section::Trace),
+        column: Some(("reads", "B/ray")),
+        axis: Some("Bytes per entering ray"),
+        ..ROW
+    },
+    Number {
+        key: "node_lines_per_entering_ray",
+        meaning: "Cache lines of nodes among those of `bytes_per_entering_ray`, on average",
+        get: |tree| single(tree.entering?.lines[0]),
+        ..ROW
+    },
+    Number {
+        key: "triangle_lines_per_entering_ray",
+        meaning: "Cache lines of triangles among those of `bytes_per_entering_ray`, on average",
+        get: |tree| single(tree.entering?.lines[1]),
         ..ROW
     },
     Number {

@@ -99,7 +99,7 @@ fn measurement(
         hashes: None,
         wide: None,
         trace: None,
-        entering_tests: None,
+        entering: None,
     });
     values.remove(BUILD_MS);
     let numbers = [

@@ -4,6 +4,7 @@ use super::span::{Span, Visit};
 use super::step::{RayStep, Step};
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts};
+use bvhscope_engine::wide::trace::CacheLines;
 
 /// Length of the surroundings of a hit, in lengths of the ray in the leaf there.
 const AROUND_HIT: f32 = 8.0;
@@ -23,6 +24,8 @@ pub struct RayRecord {
     pub hit: Option<(f32, u32)>,
     /// Number of tests in all.
     pub counts: TestCounts,
+    /// Cache lines that it reads of the wide tree, each once; `None` where it is traced through the binary one.
+    pub lines: Option<CacheLines>,
 }
 
 impl RayRecord {

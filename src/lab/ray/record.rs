@@ -12,6 +12,7 @@ use crate::render::{NoRay, RenderRequest, single_ray};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::RayEvent;
+use bvhscope_engine::wide::trace::LineProbe;
 
 /// Poll for cancellation every this many steps.
 const STEPS_BETWEEN_CHECKS: usize = 1 << 12;
@@ -41,7 +42,7 @@ pub fn record(
     } else {
         accel.compute_leaf_triangles(token)?;
     }
-    let (recorder, nearest) = traced(&picture, request, ray);
+    let (mut recorder, nearest) = traced(&picture, request, ray);
     let mut spans = Spans::new(accel, &ray, is_wide);
     let mut steps: Vec<RayStep> = Vec::with_capacity(recorder.steps.len());
     for (index, &(what, counts)) in recorder.steps.iter().enumerate() {
@@ -52,15 +53,16 @@ pub fn record(
     }
     let nearest = nearest.map(|hit| (hit.t, hit.primitive_index));
     let hit = if request.ends_at_any_hit() { any_hit(&steps) } else { nearest };
+    let lines = recorder.lines.as_mut().map(LineProbe::take);
     let Recorder { counts, omitted, .. } = recorder;
-    Ok(Ok(RayRecord { ray, steps, omitted, spans: spans.finish(), hit, counts }))
+    Ok(Ok(RayRecord { ray, steps, omitted, spans: spans.finish(), hit, counts, lines }))
 }
 
 /// Traces `ray` and records it. Returns the nearest hit too, where that is looked for.
-fn traced(picture: &RenderRequest, request: &RayRequest, ray: Ray) -> (Recorder, Option<Hit>) {
+fn traced<'a>(picture: &'a RenderRequest, request: &RayRequest, ray: Ray) -> (Recorder<'a>, Option<Hit>) {
     let accel = &*picture.accel;
     let level = picture.settings.simd.level();
-    let mut recorder = Recorder::new(request.method == RayMethod::Wide);
+    let mut recorder = Recorder::new((request.method == RayMethod::Wide).then(|| &accel.wide().tree));
     if request.ends_at_any_hit() {
         match request.method {
             RayMethod::Binary(_) => accel.any_hit_with(&ray, &mut recorder),

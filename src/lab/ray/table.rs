@@ -4,6 +4,7 @@ use super::ray_record::RayRecord;
 use super::step::RayStep;
 use crate::lab::report_table::ReportTable;
 use bvhscope_engine::tree::traverse::TestCounts;
+use bvhscope_engine::wide::trace::CacheLines;
 
 /// The steps of `record` under `title`, one row each, with the totals below.
 pub fn ray_table(title: String, record: &RayRecord) -> ReportTable {
@@ -56,6 +57,11 @@ fn notes(record: &RayRecord) -> Vec<String> {
              and {skipped} skipped."
         ),
     ];
+    if let Some(lines) = record.lines {
+        let CacheLines { nodes, triangles } = lines;
+        notes
+            .push(format!("Reads {nodes} cache lines of nodes and {triangles} of triangles, {} bytes.", lines.bytes()));
+    }
     if record.omitted > 0 {
         notes.push(format!("{} more steps are not listed; their tests are counted.", record.omitted));
     }

@@ -381,6 +381,9 @@ pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
         Shading::Heat(HeatKind::Steps) => {
             "Nodes and blocks of the eight-wide tree, which makes the pictures, that each pixel cost"
         }
+        Shading::Heat(HeatKind::Lines) => {
+            "Cache lines of 64 bytes that the ray of each pixel reads of the eight-wide tree, nodes and triangles, each once"
+        }
         Shading::Heat(HeatKind::WholeRay) => {
             "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
         }

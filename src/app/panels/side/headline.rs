@@ -143,7 +143,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
         Some(Some(times)) => format::duration_parts(milliseconds(times.ms)),
     };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
-    let tests = shown.and_then(|shown| shown.accel.entering_tests());
+    let tests = shown.and_then(|shown| shown.accel.entering()).map(|counts| counts.tests);
     let speed = shown.map(|_| format::significant(state.mrays_per_s()));
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();

@@ -149,7 +149,7 @@ impl PlottedTree {
             file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
             build_ms: reading.build.map(|times| times.ms),
             sah_cost: f64::from(accel.report.stats.sah_cost),
-            tests: accel.entering_tests().map(f64::from),
+            tests: accel.entering().map(|counts| f64::from(counts.tests)),
             epo: accel.known_epo().map(|epo| f64::from(epo.value)),
             cost: None,
         }

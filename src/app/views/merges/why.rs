@@ -27,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
     if study.merges.history.construction.is_none() {
         note(
             ui,
-            "This builder merges nothing. Choose AAC as the builder to see how clusters are chosen; cuts by area and by triangles work with every tree",
+            "No merges of this builder are recorded. Choose AAC as the builder to see how clusters are chosen; cuts by area and by triangles work with every tree",
         );
         return;
     }

@@ -163,7 +163,11 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
         },
     );
     let counts = tests(record.counts);
-    let all = format!("In all {counts}; {visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
+    let lines = record.lines.map_or_else(String::new, |lines| {
+        let [all, of_nodes] = [lines.nodes + lines.triangles, lines.nodes].map(format::count);
+        format!("{all} cache lines read, {of_nodes} of nodes; ")
+    });
+    let all = format!("In all {counts}; {lines}{visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
     // The picture's counts are those of its own traversal of the binary tree, by primary rays.
     let ray = &state.lab.ray;
     let is_like = ray.kind == RayKind::Primary && ray.method == RayMethod::Binary(shown.frame.settings.traversal);
@@ -197,7 +201,7 @@ fn heat_here(state: &AppState, shown: &Presented) -> Option<(f32, HeatKind)> {
     let frame = &shown.frame;
     let Shading::Heat(kind) = frame.settings.shading else { return None };
     let traced = match kind {
-        HeatKind::Steps => RayMethod::Wide,
+        HeatKind::Steps | HeatKind::Lines => RayMethod::Wide,
         HeatKind::WholeRay => return None,
         _ => RayMethod::Binary(frame.settings.traversal),
     };
