@@ -197,6 +197,7 @@ mod tests {
             "primitives tests/ray: 3.250",
             "all tests/ray: 29.50",
             "entering tests/ray: 41.50",
+            "reads B/ray: 1472",
             "SAH cost: 67.30",
             "EPO: 0.875",
             "nodes: 14,001",
