@@ -77,8 +77,7 @@ pub(super) fn spread_note(rows: &[Measurement]) -> String {
 pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the paper. Speed in Mray/s: in packets through the \
                                 wide tree, as pictures are traced.";
 pub(super) const TESTS: &str = "Tests: each container and each primitive that a ray is tested against, two containers for each interior node that is visited. \
-     Entering: of the rays that enter the root, the headline; all others of all rays, those that miss it included. Reads: cache lines \
-     of the wide tree that a ray entering the root touches, 64 bytes each.";
+     Entering: of the rays that enter the root, the headline; all others of all rays, those that miss it included.";
 pub(super) const COSTS_DO_NOT_COMPARE: &str =
     "Costs are relative to the root's surface, so those of different containers do not compare.";
 

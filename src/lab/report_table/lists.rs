@@ -16,6 +16,9 @@ use crate::text::count;
 /// Note of the column "ready".
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
 
+/// Note of the column "reads".
+const READS: &str = "Reads: cache lines of the wide tree that a ray entering the root touches, 64 bytes each.";
+
 /// Times, tests, costs and sizes of each tree.
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable::new(
@@ -43,7 +46,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
         table.rows.push(line);
     }
     table.sources = (0..rows.len()).collect();
-    table.notes.extend([READY, TRACE, TESTS].map(str::to_owned));
+    table.notes.extend([READY, TRACE, TESTS, READS].map(str::to_owned));
     table.notes.push(costs(rows));
     table.notes.push(overlap_basis(rows));
     table.notes.push(spread_note(rows));
@@ -208,7 +211,7 @@ mod tests {
         ];
         assert_eq!(cells(&table, 0), expected);
         assert_eq!(
-            table.notes[4],
+            table.notes[5],
             "EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it, estimated from 2,003 \
              triangles or more of each scene."
         );
