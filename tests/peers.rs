@@ -50,12 +50,16 @@ fn scan(subject: &scenes::Subject, work: &Workload) -> Tally {
     tally
 }
 
+fn boxes(ready: &[engine::Ready]) -> &Tree<Aabb> {
+    ready[0].boxes().expect("the first setting has boxes")
+}
+
 #[test]
 fn every_measured_interface_finds_the_same_hits() {
     for name in ["builtin:teapot:4", "builtin:cornell", "builtin:sphereflake:2", "builtin:terrain:3000"] {
         let subject = scenes::Subject::load(name, Path::new("."), &CancelToken::new()).expect("a built-in scene");
         let ready = engine::ready(&subject.triangles, false);
-        let works = workloads(&ready[0].tree, &subject.triangles, &subject.bounds, &subject.camera, SIZE);
+        let works = workloads(boxes(&ready), &subject.triangles, &subject.bounds, &subject.camera, SIZE);
         assert_eq!(works[0].rays.len(), (SIZE * SIZE) as usize);
         for work in works {
             let rays = work.rays.iter().copied().step_by(SCANNED).collect();
@@ -94,7 +98,7 @@ fn a_divided_workload_has_the_same_hits() {
         scenes::Subject::load("builtin:sphereflake:2", Path::new("."), &CancelToken::new()).expect("built in");
     let ready = engine::ready(&subject.triangles, false);
     // More rays than a tile holds.
-    let works = workloads(&ready[0].tree, &subject.triangles, &subject.bounds, &subject.camera, 128);
+    let works = workloads(boxes(&ready), &subject.triangles, &subject.bounds, &subject.camera, 128);
     let many = |work: &Workload| {
         let interface = &engine::interfaces(&ready[0])[2];
         (interface.prepare)(work).expect("an interface for all rays")()
@@ -118,7 +122,7 @@ fn the_trees_of_obvhs_find_the_same_hits() {
         let subject = scenes::Subject::load(name, Path::new("."), &CancelToken::new()).expect("a built-in scene");
         let triangles = &subject.triangles[..];
         let ready = engine::ready(triangles, false);
-        let [primary, ..] = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, SIZE);
+        let [primary, ..] = workloads(boxes(&ready), triangles, &subject.bounds, &subject.camera, SIZE);
         let sample = Workload { rays: primary.rays.iter().copied().step_by(SCANNED / 4).collect(), ..primary };
         let expected = scan(&subject, &sample);
         assert!(expected.hits > 0, "{name}: nothing is hit");

@@ -6,7 +6,7 @@ use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
 use bvhscope_engine::wide::NodeForm;
@@ -27,7 +27,11 @@ pub fn settings(slow: bool) -> Vec<(String, BuildSettings)> {
         setting(Preset::Hq, ContainerKind::Aabb),
         setting(Preset::Best, ContainerKind::Aabb),
         setting(Preset::Fast, ContainerKind::Sphere),
+        setting(Preset::Fast, ContainerKind::Dop14),
     ];
+    let oriented = Passes::NONE.with(Pass::Orient);
+    let fast = BuildSettings::preset(Preset::Fast, ContainerKind::Aabb);
+    settings.push(("oriented fast".to_owned(), BuildSettings { optimize: oriented, ..fast }));
     settings.extend(slow.then(|| setting(Preset::Finest, ContainerKind::Aabb)));
     settings
 }
@@ -52,62 +56,66 @@ pub fn builders(triangles: &[Triangle], threads: usize, slow: bool) -> Vec<Build
     settings(slow).into_iter().map(builder).collect()
 }
 
-/// A tree of boxes, ready to be traced.
+/// A tree, ready to be traced.
 pub struct Ready {
     /// Name of its settings.
     pub name: String,
     /// The tree.
-    pub tree: Tree<Aabb>,
+    pub tree: AnyTree,
     /// Its triangles in leaf order.
     pub leaf_triangles: Vec<Triangle>,
     /// The eight-wide tree.
     pub wide: AnyWideTree,
 }
 
-/// The trees of boxes.
-pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
-    let boxes = settings(slow).into_iter().filter(|(_, settings)| settings.container == ContainerKind::Aabb);
-    boxes
-        .filter_map(|(name, settings)| {
-            let tree = tree(triangles, &settings);
-            let leaf_triangles = in_leaf_order(&tree, triangles);
-            let wide = wide(&tree, triangles);
-            let AnyTree::Aabb(tree) = tree else { return None };
-            Some(Ready { name, tree, leaf_triangles, wide })
-        })
-        .collect()
-}
-
-/// The tree to be measured.
-pub fn judged(ready: &Ready) -> Judged {
-    let bytes = ready.wide.node_bytes() + ready.wide.leaf_bytes();
-    Judged {
-        engine: OWN,
-        name: ready.name.clone(),
-        tree: Some(ready.tree.clone()),
-        leaf_triangles: ready.leaf_triangles.clone(),
-        bytes: Some(bytes),
+impl Ready {
+    /// The tree, if it has boxes.
+    pub fn boxes(&self) -> Option<&Tree<Aabb>> {
+        if let AnyTree::Aabb(tree) = &self.tree { Some(tree) } else { None }
     }
 }
 
-/// Every way to trace a tree.
+/// The trees of all settings, of which the first has boxes.
+pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
+    let ready = |(name, settings): (String, BuildSettings)| {
+        let tree = tree(triangles, &settings);
+        let leaf_triangles = in_leaf_order(&tree, triangles);
+        let wide = wide(&tree, triangles);
+        Ready { name, tree, leaf_triangles, wide }
+    };
+    settings(slow).into_iter().map(ready).collect()
+}
+
+/// The tree to be measured, if it has boxes: costs of different containers do not compare.
+pub fn judged(ready: &Ready) -> Option<Judged> {
+    let bytes = ready.wide.node_bytes() + ready.wide.leaf_bytes();
+    Some(Judged {
+        engine: OWN,
+        name: ready.name.clone(),
+        tree: Some(ready.boxes()?.clone()),
+        leaf_triangles: ready.leaf_triangles.clone(),
+        bytes: Some(bytes),
+    })
+}
+
+/// Every way to trace a tree; through the binary one only boxes.
 pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
-    let Ready { name, tree, leaf_triangles, wide } = ready;
+    let Ready { name, leaf_triangles, wide, .. } = ready;
     let leaf_triangles = &leaf_triangles[..];
     let level = SimdLevel::of_builds().level();
-    vec![
-        Interface {
-            engine: OWN,
-            setting: name.clone(),
-            name: "binary",
-            prepare: Box::new(move |work| {
-                Some(single(
-                    work,
-                    move |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
-                    move |ray| any_hit(tree, leaf_triangles, ray),
-                ))
-            }),
-        },
+    let binary = ready.boxes().map(|tree| Interface {
+        engine: OWN,
+        setting: name.clone(),
+        name: "binary",
+        prepare: Box::new(move |work| {
+            Some(single(
+                work,
+                move |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
+                move |ray| any_hit(tree, leaf_triangles, ray),
+            ))
+        }),
+    });
+    let of_wide = [
         Interface {
             engine: OWN,
             setting: name.clone(),
@@ -141,7 +149,8 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
                 })),
             }),
         },
-    ]
+    ];
+    binary.into_iter().chain(of_wide).collect()
 }
 
 /// Rays handed over at a time: 64 × 64 pixels of primary rays.

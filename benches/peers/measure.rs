@@ -189,9 +189,10 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
     let ready = engine::ready(triangles, plan.slow);
     let obvhs_ready = obvhs_peer::ready(&converted, plan.slow);
     let tinybvh_ready = tinybvh_peer::ready(&vertices);
-    let works = workloads(&ready[0].tree, triangles, &subject.bounds, &subject.camera, plan.size);
+    let boxes = ready[0].boxes().expect("the first setting has boxes");
+    let works = workloads(boxes, triangles, &subject.bounds, &subject.camera, plan.size);
     if plan.wants("tree") {
-        let mut judged: Vec<Judged> = ready.iter().map(engine::judged).collect();
+        let mut judged: Vec<Judged> = ready.iter().filter_map(engine::judged).collect();
         judged.extend(devices.iter().flat_map(|device| embree::judged(device, triangles, &mesh, plan.slow)));
         judged.extend(obvhs_peer::judged(triangles, &converted, &obvhs_ready, plan.slow));
         judged.extend(tinybvh_peer::judged(triangles, &vertices, &tinybvh_ready));
@@ -288,8 +289,7 @@ fn update_rows(
         }
     }
     let last = moments.last().map_or(triangles, |triangles| &triangles[..]);
-    let tree = engine::tree(last, &engine::settings(false)[0].1);
-    let AnyTree::Aabb(tree) = tree else { unreachable!("the first setting has boxes") };
+    let AnyTree::Aabb(tree) = engine::tree(last, &engine::settings(false)[0].1) else { unreachable!("of boxes") };
     let [primary, ..] = workloads(&tree, last, &subject.bounds, &subject.camera, CHECKED_SIZE);
     let mut tallies = updaters.iter().map(|updater| (updater, (updater.trace)(&primary)));
     let mut disagreements = Vec::new();

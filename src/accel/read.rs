@@ -6,26 +6,26 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::file_tree::FileTree;
-use super::{Accel, build_bytes_per_triangle};
+use super::{Accel, build_bytes_per_triangle, peak_bytes_per_triangle};
 use crate::budget::Budget;
 use crate::scene::{LoadError, Scene, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
 use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree_file::serde_json::{Value, from_str, to_string};
 use bvhscope_engine::tree_file::{Fault, Header, TreeFile};
-use bvhscope_engine::{AnyTree, BuildReport, BuildSettings, CancelToken, Cancelled, Pass, Preset, orient};
+use bvhscope_engine::{BuildReport, BuildSettings, CancelToken, Pass, Passes, Preset, orient};
 
 impl Accel {
-    /// Reads the tree of `scene` that the file at `path` holds. Its wide tree is made on request. The settings are the default
-    /// ones with the container of the tree; times are those of the file, zero where it has none.
+    /// Reads the tree of `scene` that the file at `path` holds, and orients it where `passes` has [`Pass::Orient`], the one pass that
+    /// moves no node. Its wide tree is made on request. The settings are the default ones with the container of the tree; times are
+    /// those of the file, zero where it has none.
     ///
     /// # Errors
     ///
     /// Where the file cannot be read, is no tree of this scene, or does not fit into the memory budget.
-    pub fn read(scene: &Arc<Scene>, path: &Path, token: &CancelToken) -> Result<Self, LoadError> {
+    pub fn read(scene: &Arc<Scene>, path: &Path, passes: Passes, token: &CancelToken) -> Result<Self, LoadError> {
         let bytes = read_file(path, None, token)?;
         let budget = Budget::of_process();
         let file = TreeFile::read(&bytes, Some(&scene.triangles), budget.allowance(), token)
@@ -33,10 +33,7 @@ impl Accel {
         drop(bytes);
         let TreeFile { header, tree, empty_nodes, numbers, faults, .. } = file;
         // For what is derived from it: the wide tree, triangles in leaf order, lists of nodes.
-        let primitives = tree.primitive_indices().len() as u64;
-        let within =
-            budget.check("the tree", primitives.saturating_mul(build_bytes_per_triangle(tree.container_kind())));
-        within.map_err(|error| LoadError::over_budget(path, &error))?;
+        check_memory(path, tree.primitive_indices().len(), build_bytes_per_triangle(tree.container_kind()))?;
         let container = match tree.container_kind() {
             // No builder makes them.
             ContainerKind::Oriented => ContainerKind::Aabb,
@@ -54,30 +51,32 @@ impl Accel {
         };
         let mut accel = Self::new(scene, &settings, tree, report, NodeRecycler::default());
         accel.file = Some(FileTree { path: path.to_path_buf(), header, faults, empty_nodes, numbers });
-        Ok(accel)
+        if passes.contains(Pass::Orient) { accel.oriented(token) } else { Ok(accel) }
     }
 
-    /// This tree with oriented boxes: the one pass that a tree of a file can have, as it moves no node. One of other containers as it is.
+    /// This tree, which was read, with oriented boxes; a copy of one of other containers than boxes.
     ///
     /// # Errors
     ///
-    /// [`Cancelled`].
-    pub fn oriented(mut self, token: &CancelToken) -> Result<Self, Cancelled> {
+    /// Where it does not fit into the memory budget beside this one, or the token is cancelled.
+    pub fn oriented(&self, token: &CancelToken) -> Result<Self, LoadError> {
+        let settings = BuildSettings { optimize: self.settings.optimize.with(Pass::Orient), ..self.settings };
+        let path = self.file.as_ref().map_or(Path::new(""), |file| &file.path);
+        check_memory(path, self.tree.primitive_indices().len(), peak_bytes_per_triangle(&settings))?;
         let start = Instant::now();
-        let tree = std::mem::replace(&mut self.tree, AnyTree::Aabb(Tree::EMPTY));
-        let tree = orient(tree, &self.scene.triangles, token)?;
+        let tree = orient(&self.tree, &self.scene.triangles, token)?;
+        let time = start.elapsed();
         let mut stages = self.report.stages.clone();
-        stages.stages.push((Pass::Orient.name(), start.elapsed()));
+        stages.stages.push((Pass::Orient.name(), time));
         let report = BuildReport {
             stages,
-            build_time: self.report.build_time + start.elapsed(),
+            build_time: self.report.build_time + time,
             stats: tree_stats(&tree, token)?,
             tree_bytes: tree.bytes(),
             ..self.report.clone()
         };
-        let settings = BuildSettings { optimize: self.settings.optimize.with(Pass::Orient), ..self.settings };
         let mut accel = Self::new(&self.scene, &settings, tree, report, NodeRecycler::default());
-        accel.file = self.file.take();
+        accel.file = self.file.clone();
         Ok(accel)
     }
 
@@ -125,4 +124,10 @@ impl Accel {
             ..Header::new(self.scene.triangles.len())
         }
     }
+}
+
+/// Refuses a tree of the file at `path` with so many `primitives` that it does not fit into the memory budget.
+fn check_memory(path: &Path, primitives: usize, bytes_per_triangle: u64) -> Result<(), LoadError> {
+    let needed = (primitives as u64).saturating_mul(bytes_per_triangle);
+    Budget::of_process().check("the tree", needed).map_err(|error| LoadError::over_budget(path, &error))
 }

@@ -20,12 +20,14 @@ impl Term {
 }
 
 /// The terms of trees, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-pub const TERMS: [&Term; 36] = [
+pub const TERMS: [&Term; 38] = [
     &BVH,
     &NODE,
     &LEAF,
     &CONTAINER,
     &DOP14,
+    &ORIENTED_BOX,
+    &SKEWED_BOX,
     &DEPTH,
     &BUILD_TIME,
     &SAH_COST,
@@ -76,7 +78,7 @@ pub const LEAF: Term = Term { name: "Leaf", text: "A node that holds triangles i
 /// Container.
 pub const CONTAINER: Term = Term {
     name: "Container",
-    text: "The box, sphere or polytope around everything below a node, also called its bounding volume. Boxes fit more tightly than spheres, which are smaller to store.",
+    text: "The box, sphere, polytope or oriented box around everything below a node, also called its bounding volume. Boxes fit more tightly than spheres, which are smaller to store.",
     source: "",
 };
 /// 14-DOP.
@@ -84,6 +86,18 @@ pub const DOP14: Term = Term {
     name: "14-DOP",
     text: "A box whose corners are cut off: the space between seven pairs of parallel planes, across the axes and the four diagonals of a cube. Fits slanted and thin things better than a box; a test takes longer.",
     source: "Klosowski et al. 1998",
+};
+/// Oriented box.
+pub const ORIENTED_BOX: Term = Term {
+    name: "Oriented box",
+    text: "A box whose directions are its own: turned to fit around what it holds. The pass Orient gives each node of a finished tree the smallest of its plain, a turned and a skewed box.",
+    source: "Larsson and Källberg 2011",
+};
+/// Skewed box.
+pub const SKEWED_BOX: Term = Term {
+    name: "Skewed box",
+    text: "The space between three of the seven pairs of planes of the 14-DOP, which need not meet at right angles. A ray test costs as much as that of a turned box.",
+    source: "Káčerik and Bittner 2025",
 };
 /// Depth.
 pub const DEPTH: Term =

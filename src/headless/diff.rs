@@ -28,7 +28,7 @@ use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Passes};
 
 /// Bytes for each pixel: two heat maps, their difference and its picture.
 const BYTES_A_PIXEL: u64 = 160;
@@ -157,7 +157,7 @@ fn contenders(
         Ok(match tree {
             &DiffTree::Built(build) => Setup { build, preset: None, threads: command.threads }.into(),
             DiffTree::File(path) => {
-                let accel = Arc::new(in_pool(|| Accel::read(scene, path, token))?);
+                let accel = Arc::new(in_pool(|| Accel::read(scene, path, Passes::NONE, token))?);
                 has_faults |= note_faults(&accel);
                 Contender::of_file(&accel, command.threads)
             }

@@ -20,6 +20,7 @@ use crate::text::printable;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -245,20 +246,16 @@ impl Run<'_> {
         let own = source.path().filter(|_| scene.has_tree && matches!(self.command.job, Job::Compare { .. }));
         let paths = self.command.trees.iter().map(PathBuf::as_path).chain(own);
         let token = &context.token;
-        let read = paths.map(|path| Ok(Arc::new(in_pool(|| Accel::read(scene, path, token))?)));
+        let read = paths.map(|path| Ok(Arc::new(in_pool(|| Accel::read(scene, path, Passes::NONE, token))?)));
         let mut trees = read.collect::<Result<Vec<_>, Failure>>()?;
-        if self.command.job.orients() {
-            let oriented = |accel: &Arc<Accel>| {
-                let path = &accel.file.as_ref()?.path;
-                Some(in_pool(|| Ok(Accel::read(scene, path, token)?.oriented(token)?)).map(Arc::new))
-            };
-            let has_boxes = |accel: &&Arc<Accel>| accel.tree.container_kind() == ContainerKind::Aabb;
-            let oriented = trees.iter().filter(has_boxes).filter_map(oriented);
-            let oriented = oriented.collect::<Result<Vec<_>, Failure>>()?;
-            trees.extend(oriented);
-        }
         for accel in &trees {
             self.finished.warned |= note_faults(accel);
+        }
+        if self.command.job.orients() {
+            let has_boxes = |accel: &&Arc<Accel>| accel.tree.container_kind() == ContainerKind::Aabb;
+            let oriented = |accel: &Arc<Accel>| Ok(Arc::new(in_pool(|| accel.oriented(token))?));
+            let oriented = trees.iter().filter(has_boxes).map(oriented).collect::<Result<Vec<_>, Failure>>()?;
+            trees.extend(oriented);
         }
         Ok(trees)
     }

@@ -9,7 +9,7 @@ use crate::console::note;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::{BuildSettings, Pass};
+use bvhscope_engine::settings::BuildSettings;
 
 /// Where the tree of a command comes from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -43,10 +43,7 @@ impl TreeOrigin {
             _ => None,
         };
         match path {
-            Some(path) => {
-                let accel = Accel::read(scene, path, token)?;
-                Ok(if settings.optimize.contains(Pass::Orient) { accel.oriented(token)? } else { accel })
-            }
+            Some(path) => Ok(Accel::read(scene, path, settings.optimize, token)?),
             None => Accel::build_binary(scene, settings, token).map_err(|error| Failure::of_build(error, source)),
         }
     }

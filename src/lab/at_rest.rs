@@ -40,8 +40,8 @@ pub fn measure_at_rest(accel: &Arc<Accel>, token: &CancelToken) -> Result<(), Ca
     Ok(())
 }
 
-/// At least 5 whole builds and 0.2 s of them, or as many as begin within 2 s. `None` of a tree from a file or of one that follows a model, where memory for a
-/// second tree is missing, and where a build takes longer than that.
+/// At least 5 whole builds and 0.2 s of them, or as many as begin within 2 s. `None` of a tree from a file or of one that follows a
+/// model, where memory for a second tree is missing, and where a build takes longer than that.
 fn repeat_build(accel: &Arc<Accel>, token: &CancelToken) -> Result<Option<WholeBuilds>, Cancelled> {
     if accel.file.is_some() || accel.is_followed() || accel.report.build_time > MOST {
         return Ok(None);

@@ -26,7 +26,8 @@ const BATCH: usize = 1 << 14;
 /// A problem that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// Kind of problem: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "coarse", "large-leaf", "overlap".
+    /// Kind of problem: "deep-tree", "duplicates", "not-examined", "degenerate", "slivers", "huge-triangles", "coarse", "large-leaf",
+    /// "overlap".
     pub kind: &'static str,
     /// Number of triangles, nodes or levels concerned.
     pub count: usize,

@@ -8,9 +8,9 @@ use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
 use crate::threads;
 use bvhscope_engine::cancel::CancelToken;
 
-/// Measures `setup` with 1 to `max_threads` threads, at most as many as there are cores to use, one row each with the speed-up over one thread. `setup.threads` is ignored.
-/// If `predict`, the first row also has the speed-up that is predicted for more cores. The thread counts are measured interleaved,
-/// so all rows are passed at the end.
+/// Measures `setup` with 1 to `max_threads` threads, at most as many as there are cores to use, one row each with the speed-up over one
+/// thread. `setup.threads` is ignored. If `predict`, the first row also has the speed-up that is predicted for more cores. The thread
+/// counts are measured interleaved, so all rows are passed at the end.
 pub fn scaling(
     subject: &Subject,
     setup: &Setup,

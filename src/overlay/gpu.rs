@@ -69,8 +69,8 @@ pub(super) struct Pipelines {
     /// Lines of boxes, spheres, polytopes and oriented boxes.
     pub(super) lines: [wgpu::RenderPipeline; 4],
     pub(super) dots: wgpu::RenderPipeline,
-    /// Faces of boxes, spheres, polytopes and oriented boxes.
-    pub(super) faces: [wgpu::RenderPipeline; 4],
+    /// Faces of boxes, spheres, polytopes and oriented boxes, and pieces of any faces.
+    pub(super) faces: [wgpu::RenderPipeline; 5],
 }
 
 impl Pipelines {
@@ -124,14 +124,22 @@ impl Pipelines {
                 cache: None,
             })
         };
-        let [picture, boxes, spheres, dops, oriented, dots, box_faces, sphere_faces, dop_faces, oriented_faces] =
-            shaders::sources();
+        let [picture, boxes, spheres, dops, oriented, dots, faces @ ..] = shaders::sources();
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let nodes = &[Some(nodes)];
         let picture_pipeline = |smooth| {
             let constants = [linear, ("SMOOTH", smooth)];
             pipeline("overlay picture", &picture, ["vs_picture", "fs_picture"], &constants, None, &[])
         };
+        let [of_boxes, of_spheres, of_dops, of_oriented, of_polygons] = faces;
+        let faces = [
+            (of_boxes, "vs_box_face"),
+            (of_spheres, "vs_sphere_face"),
+            (of_dops, "vs_dop_face"),
+            (of_oriented, "vs_oriented_face"),
+            (of_polygons, "vs_polygon_face"),
+        ]
+        .map(|(source, vertex)| pipeline("overlay faces", &source, [vertex, "fs_face"], &[linear], over, nodes));
         Self {
             pictures: [picture_pipeline(0.0), picture_pipeline(1.0)],
             lines: [
@@ -141,19 +149,7 @@ impl Pipelines {
                 pipeline("overlay oriented boxes", &oriented, ["vs_oriented", "fs_line"], &[linear], over, nodes),
             ],
             dots: pipeline("overlay dots", &dots, ["vs_dot", "fs_line"], &[linear], over, nodes),
-            faces: [
-                pipeline("overlay box faces", &box_faces, ["vs_box_face", "fs_face"], &[linear], over, nodes),
-                pipeline("overlay sphere faces", &sphere_faces, ["vs_sphere_face", "fs_face"], &[linear], over, nodes),
-                pipeline("overlay polytope faces", &dop_faces, ["vs_dop_face", "fs_face"], &[linear], over, nodes),
-                pipeline(
-                    "overlay oriented faces",
-                    &oriented_faces,
-                    ["vs_oriented_face", "fs_face"],
-                    &[linear],
-                    over,
-                    nodes,
-                ),
-            ],
+            faces,
         }
     }
 }

@@ -22,8 +22,8 @@ pub struct OverlayNode {
     pub flags: u32,
     /// Surface area of the tree's own container relative to the root's, 0 to 1.
     pub area_share: f32,
-    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1 where only one
-    /// of two trees has the node, else 0; the kind of an oriented box, 0 to 1.
+    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1
+    /// where only one of two trees has the node, else 0; the kind of an oriented box, 0 to 1.
     pub value: f32,
     /// The polytope's lower planes along [`Dop14::DIAGONALS`](bvhscope_engine::Dop14::DIAGONALS); its box is that above.
     pub low: [f32; 4],

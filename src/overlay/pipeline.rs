@@ -40,7 +40,8 @@ pub struct OverlayPipeline {
     /// In the order of [`ContainerKind::WITH_ORIENTED`], as all that is listed by kind.
     line_pipelines: [wgpu::RenderPipeline; 4],
     dot_pipeline: wgpu::RenderPipeline,
-    face_pipelines: [wgpu::RenderPipeline; 4],
+    /// The last draws pieces of any faces.
+    face_pipelines: [wgpu::RenderPipeline; 5],
     uniforms: wgpu::Buffer,
     quads: wgpu::Buffer,
     sampler: wgpu::Sampler,
@@ -53,9 +54,9 @@ pub struct OverlayPipeline {
     outlined: u32,
     /// Highlighted nodes, in a buffer of their own because they change with each movement of the pointer.
     marked: Instances,
-    /// The overlap of the selected node's children, and the kind of its containers.
+    /// The overlap of the selected node's children, and which of the pipelines of faces draws it.
     overlap: Instances,
-    overlap_kind: ContainerKind,
+    overlap_faces: usize,
     /// For the shown and for the highlighted nodes the kinds of containers that are drawn.
     shown_kinds: [bool; 4],
     marked_kinds: [bool; 4],
@@ -115,7 +116,7 @@ impl OverlayPipeline {
             outlined: 0,
             marked: Instances::default(),
             overlap: Instances::default(),
-            overlap_kind: ContainerKind::Aabb,
+            overlap_faces: 0,
             shown_kinds: [false; 4],
             marked_kinds: [false; 4],
             shown_circles: 4,
@@ -194,18 +195,17 @@ impl OverlayPipeline {
         }
     }
 
-    /// Pieces of the faces of each kind of container.
-    const fn face_pieces(&self) -> [u32; 4] {
-        [BOX_FACES, self.circle_segments, DOP_FACES, BOX_FACES]
+    /// Pieces of an instance that each pipeline of faces draws.
+    const fn face_pieces(&self) -> [u32; 5] {
+        [BOX_FACES, self.circle_segments, DOP_FACES, BOX_FACES, 1]
     }
 
     /// Fills what the children of the selected node have in common.
     fn paint_overlap(&self, pass: &mut wgpu::RenderPass<'static>) {
         let Some(buffer) = self.overlap.buffer.as_ref().filter(|_| self.overlap.count > 0) else { return };
-        let kind = self.overlap_kind as usize;
-        let pieces = self.face_pieces()[kind];
+        let pieces = self.face_pieces()[self.overlap_faces];
         pass.set_vertex_buffer(0, buffer.slice(..));
-        pass.set_pipeline(&self.face_pipelines[kind]);
+        pass.set_pipeline(&self.face_pipelines[self.overlap_faces]);
         pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..self.overlap.count);
     }
 
@@ -236,10 +236,10 @@ impl OverlayPipeline {
         let selected = input.selection.selected.filter(|&node| input.settings.overlap && (node as usize) < table.len());
         let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
         self.overlap.upload(device, queue, &overlap);
-        self.overlap_kind = match table.container_kind() {
-            // Their common part is shown by the box around it.
-            ContainerKind::Oriented => ContainerKind::Aabb,
-            own => own,
+        self.overlap_faces = match table.container_kind() {
+            // What they have in common is no box.
+            ContainerKind::Oriented => self.face_pipelines.len() - 1,
+            own => own as usize,
         };
         if self.shown_kinds == [false; 4] {
             (self.shown.count, self.outlined, self.key) = (0, 0, None);

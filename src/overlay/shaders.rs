@@ -22,10 +22,11 @@ const DOP_LINE: &str = include_str!("../../shaders/dop_line.wgsl");
 const DOP_FACE: &str = include_str!("../../shaders/dop_face.wgsl");
 const ORIENTED: &str = include_str!("../../shaders/oriented.wgsl");
 const ORIENTED_FACE: &str = include_str!("../../shaders/oriented_face.wgsl");
+const POLYGON_FACE: &str = include_str!("../../shaders/polygon_face.wgsl");
 const DOT: &str = include_str!("../../shaders/dot.wgsl");
 
-/// The complete WGSL of picture, boxes, spheres, polytopes, oriented boxes, dots, and the faces of all four.
-pub fn sources() -> [String; 10] {
+/// The complete WGSL of picture, boxes, spheres, polytopes, oriented boxes, dots, the faces of all four, and pieces of any faces.
+pub fn sources() -> [String; 11] {
     let constants = constants();
     let files = [
         &[PICTURE][..],
@@ -38,6 +39,7 @@ pub fn sources() -> [String; 10] {
         &[LINE, CIRCLE, FACE, SPHERE_FACE],
         &[LINE, DOP, FACE, DOP_FACE],
         &[LINE, FACE, ORIENTED_FACE],
+        &[LINE, FACE, POLYGON_FACE],
     ];
     files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }

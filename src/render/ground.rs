@@ -43,8 +43,8 @@ impl Ground {
         (weight > 0.0).then_some((position, weight))
     }
 
-    /// Appends the shadow rays of a ray that hit nothing: one to the key light, if that can be blocked, then in samples after the first some
-    /// into the sky.
+    /// Appends the shadow rays of a ray that hit nothing: one to the key light, if that can be blocked, then in samples after the first
+    /// some into the sky.
     pub(super) fn shadow_rays(
         &self,
         context: &TraceContext,

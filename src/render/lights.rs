@@ -1,5 +1,5 @@
-//! The lights of lit shading: a sky, and a sun, a headlight or the lights of the file. One unit of light gives a white diffuse surface that faces it
-//! radiance 1.
+//! The lights of lit shading: a sky, and a sun, a headlight or the lights of the file. One unit of light gives a white diffuse surface
+//! that faces it radiance 1.
 
 use std::sync::Arc;
 

@@ -2,7 +2,13 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
 
+use bvhscope::accel::Accel;
+use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope_engine::CancelToken;
+use bvhscope_engine::settings::Passes;
+use bvhscope_engine::tree::ContainerKind;
 use serde_json::Value;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
@@ -125,6 +131,36 @@ fn a_tree_of_a_file_gets_oriented_boxes() {
 }
 
 #[test]
+fn a_tree_is_oriented_without_its_file() {
+    let folder = folder();
+    let (path, token) = (folder.path().join("mine.bvh"), CancelToken::new());
+    let source = SceneSource::Builtin { name: "teapot".to_owned(), size: Some(3) };
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
+    let plain = Accel::read(&scene, &path, Passes::NONE, &token).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let oriented = plain.oriented(&token).unwrap();
+    let kinds = [&plain, &oriented].map(|accel| accel.tree.container_kind());
+    assert_eq!(kinds, [ContainerKind::Aabb, ContainerKind::Oriented]);
+    assert_eq!((&oriented.file, oriented.tree.node_count()), (&plain.file, plain.tree.node_count()));
+    assert_eq!(oriented.report.stages.stages[0].1, oriented.report.build_time - plain.report.build_time);
+}
+
+#[test]
+fn orienting_a_tree_keeps_the_memory_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let model = "builtin:terrain:150000";
+    output(at, &format!("tree {model} -o t.bvh"));
+    let read = format!("info {model} --tree t.bvh --memory-limit 160MB");
+    output(at, &read);
+    let (code, error) = failure(at, &format!("{read} --optimize orient"));
+    assert_eq!(code, Some(1), "{error}");
+    assert!(error.starts_with("bvhscope: t.bvh: the tree would need about "), "{error}");
+    assert!(error.ends_with("; take something smaller or raise --memory-limit\n"), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+}
+
+#[test]
 fn measuring_commands_take_trees_of_files() {
     let folder = folder();
     let at = folder.path();
@@ -220,13 +256,13 @@ fn faults_are_listed_and_count_as_warnings() {
         format!("render {MODEL} --tree wrong.bvh -o a.png --size 8x8"),
         format!("ray {MODEL} --tree wrong.bvh --pixel 1,1 --json"),
         format!("diff {MODEL} --b wrong.bvh --size 8x8 --repeat 1"),
-        format!("bench {MODEL} --tree wrong.bvh --size 8x8 --repeat 1"),
+        format!("bench {MODEL} --container all --tree wrong.bvh --size 8x8 --repeat 1"),
         format!("tree {MODEL} --tree wrong.bvh -o copy.bvh --with-triangles"),
     ];
     for line in lines {
         let output = run(at, &line);
         let error = String::from_utf8(output.stderr).unwrap();
-        assert!(error.contains(&format!("wrong.bvh: {fault}")), "{line}: {error}");
+        assert_eq!(error.matches(&format!("wrong.bvh: {fault}")).count(), 1, "{line}: {error}");
         assert_eq!(run(at, &format!("{line} --strict")).status.code(), Some(3), "{line}");
     }
     assert_eq!(run(at, &format!("info {MODEL} --tree mine.bvh --strict")).status.code(), Some(0));

@@ -67,8 +67,23 @@ fn starts_with_a_picture_of_the_wanted_model() {
     assert_eq!([presented.frame.width_px, presented.frame.height_px], state.layout.viewport_px);
     assert_eq!(presented.frame.coarseness, 1.0);
     assert!(presented.frame.stats.hits > 0, "the teapot is seen");
-    assert!(state.layout.graphics.overlay_counts.0 > 0, "containers lie over it");
+    assert!(state.layout.graphics.overlay_counts().0 > 0, "containers lie over it");
     assert!(!harness.state().is_busy());
+}
+
+#[test]
+fn containers_are_missing_only_once_they_were_chosen() {
+    let mut harness = app_that_waits(false);
+    let missing = "No containers at this depth";
+    wait_for(&mut harness, &|app| app.state.model.presented.is_some());
+    for _ in 0..5 {
+        assert!(harness.query_by_label(missing).is_none());
+        harness.step();
+    }
+    assert!(harness.state().state.layout.graphics.overlay_counts().0 > 0);
+    harness.state_mut().state.selection.nodes.hidden.insert(0);
+    harness.run_steps(2);
+    assert!(harness.query_by_label(missing).is_some(), "the root is hidden");
 }
 
 #[test]
@@ -142,11 +157,11 @@ fn the_depth_changes_what_is_shown_but_not_the_picture() {
     harness.state_mut().state.wanted.overlay.depth = Some([0, 0]);
     settle(&mut harness);
     let frame = harness.state().state.model.presented.as_ref().unwrap().frame_id;
-    assert_eq!(harness.state().state.layout.graphics.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts(), (1, 1));
     harness.state_mut().state.wanted.overlay.depth = Some([1, 2]);
     settle(&mut harness);
     let state = &harness.state().state;
-    assert_eq!(state.layout.graphics.overlay_counts, (6, 6));
+    assert_eq!(state.layout.graphics.overlay_counts(), (6, 6));
     assert_eq!(state.model.presented.as_ref().unwrap().frame_id, frame);
 }
 
@@ -165,7 +180,7 @@ fn the_wanted_depths_survive_a_smaller_model() {
     assert_eq!(harness.state().state.wanted.overlay.depth, Some([5, 90]));
     Action::AutomaticDepths.perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    let (drawn, wanted) = harness.state().state.layout.graphics.overlay_counts;
+    let (drawn, wanted) = harness.state().state.layout.graphics.overlay_counts();
     assert!(drawn == wanted && drawn <= 200);
     assert!(harness.query_by_label("Automatic depth range").is_some());
 }

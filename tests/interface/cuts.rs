@@ -17,7 +17,7 @@ fn hits(harness: &Window) -> usize {
 }
 
 fn counts(harness: &Window) -> (usize, usize) {
-    harness.state().state.layout.graphics.overlay_counts
+    harness.state().state.layout.graphics.overlay_counts()
 }
 
 #[test]

@@ -83,7 +83,7 @@ fn the_numbers_of_the_lessons_are_true() {
             for check in &content.checks {
                 assert_eq!(check.holds(now, before), Some(true), "{place}: {}", check.text());
             }
-            let [drawn, _] = <[usize; 2]>::from(harness.state().state.layout.graphics.overlay_counts);
+            let [drawn, _] = <[usize; 2]>::from(harness.state().state.layout.graphics.overlay_counts());
             assert_eq!(drawn > 0, content.state.show_containers, "{place}: {drawn} containers are drawn");
             Action::LessonNext.perform(&mut harness.state_mut().state);
         }

@@ -90,12 +90,12 @@ fn a_click_picks_a_triangle_and_keys_walk_hide_and_show() {
     harness.state_mut().state.wanted.overlay.depth = Some([0, 0]);
     harness.state_mut().state.selection.nodes.selected = Some(0);
     settle(&mut harness);
-    assert_eq!(harness.state().state.layout.graphics.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts(), (1, 1));
     press(&mut harness, Modifiers::NONE, Key::H);
     assert!(harness.state().state.selection.nodes.hidden.contains(&0));
-    assert_eq!(harness.state().state.layout.graphics.overlay_counts.0, 0, "a hidden container is not drawn");
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts().0, 0, "a hidden container is not drawn");
     press(&mut harness, Modifiers::ALT, Key::H);
-    assert_eq!(harness.state().state.layout.graphics.overlay_counts, (1, 1));
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts(), (1, 1));
     press(&mut harness, Modifiers::NONE, Key::Escape);
     assert_eq!((selected(&harness), harness.state().state.selection.picked.is_none()), (None, true));
 }

@@ -57,7 +57,7 @@ fn keys_walk_through_the_merges_and_the_overlay_follows() {
     let made = clusters.made.expect("something was merged");
     let [first, second] = two(presented(&harness).table.children(made));
     assert!(clusters.stands(made) && !clusters.stands(first) && !clusters.stands(second));
-    assert_eq!(harness.state().state.layout.graphics.overlay_counts.1, clusters.all);
+    assert_eq!(harness.state().state.layout.graphics.overlay_counts().1, clusters.all);
     assert!(harness.query_by_label_contains("Merge 1 of").is_some(), "the line below says it");
 
     press(&mut harness, Modifiers::NONE, Key::End);

@@ -125,13 +125,20 @@ fn triangles(floats: &mut Floats<'_>, most: usize) -> Vec<Triangle> {
     triangles
 }
 
-fn settings(choice: u8) -> BuildSettings {
+/// Settings by a byte and by the number of bytes after the last float, which turns boxes into polytopes or into oriented ones.
+fn settings(choice: u8, rest: usize) -> BuildSettings {
     let builder = BuilderKind::ALL[choice as usize % BuilderKind::ALL.len()];
-    let container = if choice & 64 == 0 { ContainerKind::Aabb } else { ContainerKind::Sphere };
+    let container = match (choice & 64 == 0, rest) {
+        (false, _) => ContainerKind::Sphere,
+        (true, 1) => ContainerKind::Dop14,
+        (true, _) => ContainerKind::Aabb,
+    };
     let threshold = [2, 6, 12, 64][usize::from(choice >> 3) % 4];
     let moving = Passes::NONE.with(Pass::Restructure).with(Pass::Reinsert);
     let optimize = [Passes::NONE, Passes::NONE.with(Pass::Collapse), moving, Passes::ALL]
         [usize::from(choice >> 7) * 2 + usize::from(choice >> 5) % 2];
+    let is_turned = container == ContainerKind::Aabb && rest == 2;
+    let optimize = if is_turned { optimize.with(Pass::Orient) } else { optimize };
     let curve = Curve::ALL[usize::from(choice) / 5 % Curve::ALL.len()];
     BuildSettings { builder, container, threshold, curve, optimize, rounds: 6, ..BuildSettings::default() }
 }
@@ -144,7 +151,7 @@ fn scene(triangles: Vec<Triangle>) -> Arc<Scene> {
 pub fn builder(bytes: &[u8]) {
     let Some((&choice, rest)) = bytes.split_first() else { return };
     let triangles = triangles(&mut Floats(rest), 2000);
-    let settings = settings(choice);
+    let settings = settings(choice, rest.len() % 4);
     if triangles.is_empty() || settings.refusal(triangles.len()).is_some() {
         return;
     }
@@ -162,7 +169,7 @@ pub fn traversal(bytes: &[u8]) {
     let Some((&choice, rest)) = bytes.split_first() else { return };
     let mut floats = Floats(rest);
     let triangles = triangles(&mut floats, 24);
-    let settings = settings(choice);
+    let settings = settings(choice, rest.len() % 4);
     if triangles.is_empty() || settings.refusal(triangles.len()).is_some() {
         return;
     }

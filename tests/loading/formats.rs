@@ -33,8 +33,8 @@ fn manifest(folder: &Path) -> Vec<(String, usize, [f32; 6])> {
 }
 
 /// Bounds of models for which the manifest's reader turned the boxes of meshes instead of their vertices, or left instances, skins
-/// or morph targets out, from a reader of its own in double precision; of the Draco file, whose declared box is wider than its vertices, those of its
-/// uncompressed twin.
+/// or morph targets out, from a reader of its own in double precision; of the Draco file, whose declared box is wider than its vertices,
+/// those of its uncompressed twin.
 const TRUE_BOUNDS: [(&str, [f32; 6]); 6] = [
     ("2CylinderEngine.glb", [-371.692, -180.972, -140.0, 371.692, 92.0416, 128.0]),
     ("CesiumMilkTruck.glb", [-1.396, 0.001_451_9, -2.430_91, 1.396, 2.584_37, 2.438]),

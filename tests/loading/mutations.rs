@@ -7,7 +7,7 @@ use crate::sound_gltf;
 use bvhscope::scene::LoadOptions;
 use bvhscope_engine::Triangle;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree_file::{Header, write_tree};
 
@@ -115,11 +115,12 @@ fn truncated_files_are_reported() {
     let second = stl.windows(6).position(|word| word == b"SOLID\n").expect("there are two");
     let stl = stl[second..].to_vec();
     let [gltf, glb] = gltf_seeds();
-    let [boxes, spheres, polytopes] = tree_file_seeds();
+    let [boxes, spheres, polytopes, oriented] = tree_file_seeds();
     for (name, bytes) in [
         ("a.bvh", boxes),
         ("a.bvh", spheres),
         ("a.bvh", polytopes),
+        ("a.bvh", oriented),
         ("a.ply", ply),
         ("a.ply", little),
         ("a.ply", big),
@@ -316,18 +317,22 @@ fn damaged_pbrt_files() {
 }
 
 /// Tree files of each kind of container with their triangles: a binary tree of boxes, and the wide trees of the others.
-fn tree_file_seeds() -> [Vec<u8>; 3] {
+fn tree_file_seeds() -> [Vec<u8>; 4] {
     let token = CancelToken::new();
     let mut random = Random(5);
     let triangles: Vec<Triangle> = (0..12)
         .map(|_| [(); 3].map(|()| glam::Vec3::new(random.signed(), random.signed(), random.signed())))
         .map(|[a, b, c]| Triangle { a, b, c })
         .collect();
-    ContainerKind::ALL.map(|container| {
-        let settings = BuildSettings::preset(Preset::Hq, container);
+    ContainerKind::WITH_ORIENTED.map(|kind| {
+        let (container, optimize) = match kind {
+            ContainerKind::Oriented => (ContainerKind::Aabb, Passes::NONE.with(Pass::Orient)),
+            other => (other, Passes::NONE),
+        };
+        let settings = BuildSettings { optimize, ..BuildSettings::preset(Preset::Hq, container) };
         let bvh = bvhscope_engine::build(&triangles, &settings, &token).unwrap();
         let wide = bvh.wide().tree.to_tree(bvh.tree(), &token).unwrap().unwrap();
-        let tree = if container == ContainerKind::Aabb { bvh.tree() } else { &wide };
+        let tree = if kind == ContainerKind::Aabb { bvh.tree() } else { &wide };
         let mut bytes = Vec::new();
         write_tree(tree, &Header::new(triangles.len()), Some(&triangles), &mut bytes, &token).unwrap();
         bytes
@@ -363,6 +368,7 @@ fn trees_of_arbitrary_floats() {
         let count = [9, 90, 900, 3000][round % 4] + random.below(9);
         let mut bytes = vec![random.next() as u8];
         bytes.extend(floats(&mut random, count));
+        bytes.extend(vec![0; random.below(3)]);
         entry_points::builder(&bytes);
     }
 }
@@ -374,6 +380,7 @@ fn arbitrary_rays_through_arbitrary_trees() {
         let mut bytes = vec![random.next() as u8];
         bytes.extend(floats(&mut random, 24 * 9));
         bytes.extend(floats(&mut random, 60));
+        bytes.extend(vec![0; random.below(3)]);
         entry_points::traversal(&bytes);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bvhscope::accel::{Accel, peak_bytes_per_triangle};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
 /// A field of the process's status, in bytes.
@@ -37,16 +37,34 @@ fn a_build_stays_within_its_memory_estimate() {
         .flat_map(|container| builders.map(|builder| BuildSettings { builder, container, ..BuildSettings::default() }));
     let presets =
         Preset::ALL.map(|preset| BuildSettings { rounds: 1, ..BuildSettings::preset(preset, ContainerKind::Aabb) });
-    for settings in plain.chain(presets).filter(|settings| settings.refusal(scene.triangles.len()).is_none()) {
-        // Resets VmHWM, the peak of the resident memory.
-        if std::fs::write("/proc/self/clear_refs", "5").is_err() {
-            return crate::support::skip(crate::support::Lack::Memory, "this system does not report the peak");
-        }
-        let before = status("VmRSS");
-        let accel = Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
-        accel.ancestry();
-        let peak = status("VmHWM") - before;
+    let orient = Passes::NONE.with(Pass::Orient);
+    let oriented = builders.map(|builder| BuildSettings { builder, optimize: orient, ..BuildSettings::default() });
+    let all = plain.chain(presets).chain(oriented);
+    for settings in all.filter(|settings| settings.refusal(scene.triangles.len()).is_none()) {
+        let build = || Accel::build(&scene, &settings, &CancelToken::new()).unwrap();
+        let Some(peak) = peak_of(build) else { return };
         println!("{settings:?}: {} bytes a triangle at the peak", peak / count);
         assert!(peak <= count * peak_bytes_per_triangle(&settings), "{settings:?}: {} bytes a triangle", peak / count);
     }
+    // As of a tree that was read.
+    let boxes = Accel::build_binary(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
+    let Some(peak) = peak_of(|| boxes.oriented(&CancelToken::new()).unwrap()) else { return };
+    println!("oriented afterwards: {} bytes a triangle at the peak", peak / count);
+    let settings = BuildSettings { optimize: orient, ..BuildSettings::default() };
+    assert!(peak <= count * peak_bytes_per_triangle(&settings), "{} bytes a triangle", peak / count);
+}
+
+/// Peak of the resident memory while a tree is made and what is derived from it, beyond that before; `None` where the system does not
+/// report it.
+fn peak_of(make: impl FnOnce() -> Accel) -> Option<u64> {
+    // Resets VmHWM, the peak of the resident memory.
+    if std::fs::write("/proc/self/clear_refs", "5").is_err() {
+        crate::support::skip(crate::support::Lack::Memory, "this system does not report the peak");
+        return None;
+    }
+    let before = status("VmRSS");
+    let accel = make();
+    accel.wide();
+    accel.ancestry();
+    Some(status("VmHWM") - before)
 }

@@ -542,3 +542,27 @@ fn the_overlap_of_the_children_is_filled_through_the_surface() {
         assert!(!filled(true, Some(1), FAR)[0] && !filled(true, None, FAR)[0], "{kind}: a leaf has no children");
     }
 }
+
+/// Two bars askew, whose boxes cross in a square that stands on a corner.
+#[test]
+fn the_overlap_of_oriented_children_is_what_both_hold() {
+    let bar = |along: Vec3, across: Vec3| Triangle { a: -along, b: along, c: across * 0.3 };
+    let (u, v) = (Vec3::new(1.0, 1.0, 0.0).normalize(), Vec3::new(-1.0, 1.0, 0.0).normalize());
+    let table = table::<OrientedBox>(vec![bar(u, v), bar(v, u)]);
+    assert!(table.children(0).all(|child| table.node_kind(child) != Some(OrientedKind::Plain)));
+    let filled = |x: usize, y: usize| {
+        let picture = Flat::new([200, 200], [0, 0, 0, 255], FAR);
+        let settings = OverlaySettings { overlap: true, hidden_alpha: 0.0, ..settings(9, 9) };
+        let selection = Selection { selected: Some(0), ..Selection::default() };
+        let drawn = draw(&picture, camera(2.0, Projection::Perspective), Some(&table), settings, &selection);
+        let [r, g, _, _] = drawn[y * 200 + x];
+        r > 40 && r > g + 20
+    };
+    // The square has its corners at (100, 100), (125, 75), (100, 50) and (75, 75).
+    for (x, y) in [(100, 92), (108, 75), (92, 75), (100, 58)] {
+        assert!(filled(x, y), "({x}, {y}) lies in both");
+    }
+    for (x, y) in [(120, 94), (80, 94), (120, 56), (80, 56)] {
+        assert!(!filled(x, y), "({x}, {y}) lies in the box around it alone");
+    }
+}

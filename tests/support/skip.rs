@@ -37,8 +37,8 @@ impl Lack {
     }
 }
 
-/// Reports that the current test cannot run here, with the reason: on stderr, where it is shown for tests that pass too, unlike what `println!`
-/// and `eprintln!` write, and as a line at the end of the file that `BVHSCOPE_SKIPPED` names, which `make test` prints last.
+/// Reports that the current test cannot run here, with the reason: on stderr, where it is shown for tests that pass too, unlike what
+/// `println!` and `eprintln!` write, and as a line at the end of the file that `BVHSCOPE_SKIPPED` names, which `make test` prints last.
 ///
 /// In continuous integration (`CI` is set) the test fails instead, unless `BVHSCOPE_MAY_SKIP` lists what is missing.
 pub fn skip(lack: Lack, reason: impl Display) {

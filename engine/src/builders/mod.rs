@@ -65,7 +65,7 @@ pub fn build_binary_with_cache(
     }?;
     if settings.passes().contains(Pass::Orient) {
         let start = Instant::now();
-        tree = orient(tree, triangles, token)?;
+        tree = orient(&tree, triangles, token)?;
         times.stages.push((Pass::Orient.name(), start.elapsed()));
     }
     Ok((tree, times))

@@ -84,9 +84,9 @@ pub struct CellLimits {
     pub count: usize,
 }
 
-/// The order of `triangles` along the curve of `settings`, and the cells of their recursion within `limits`. Refused for builders that follow
-/// no curve. With the pass Split the primitives are the proxies of triangles. LBVH partitions down to single primitives, AAC to fewer than
-/// the threshold.
+/// The order of `triangles` along the curve of `settings`, and the cells of their recursion within `limits`. Refused for builders that
+/// follow no curve. With the pass Split the primitives are the proxies of triangles. LBVH partitions down to single primitives, AAC to
+/// fewer than the threshold.
 pub fn curve_order(
     triangles: &[Triangle],
     settings: &BuildSettings,

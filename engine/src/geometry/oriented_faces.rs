@@ -12,9 +12,6 @@ const MAX_CORNERS: usize = 10;
 /// Part of a box's size by which points may lie outside of a plane and still count as on it, in double precision.
 const ON_PLANE: f64 = 1e-12;
 
-/// A face that may have been cut: a convex polygon.
-type Polygon = ArrayVec<DVec3, MAX_CORNERS>;
-
 impl OrientedBox {
     /// The twelve edges, as pairs of [`OrientedBox::corners`].
     pub const EDGES: [[usize; 2]; 12] =
@@ -33,9 +30,13 @@ impl OrientedBox {
         })
     }
 
-    /// The parts of the surface of the intersection with `other`, a box that is not empty either: the faces of each that lie in the
-    /// other one. Those in which faces of both lie on each other are there once.
-    fn common_faces(&self, other: &Self) -> Vec<Polygon> {
+    /// The faces of the intersection with `other`, convex polygons, counter-clockwise as seen from outside: the parts of the faces of each
+    /// box that lie in the other one. Where faces of both lie on each other, their common part is there once. None where the two are
+    /// disjoint.
+    pub fn intersection_faces(&self, other: &Self) -> Vec<ArrayVec<DVec3, MAX_CORNERS>> {
+        if self.is_empty() || other.is_empty() {
+            return Vec::new();
+        }
         let largest = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
         let tolerance = ON_PLANE * f64::from(largest);
         let mut found = Vec::new();
@@ -45,7 +46,10 @@ impl OrientedBox {
                 if is_second && planes.contains(&plane) {
                     continue;
                 }
-                let mut polygon: Polygon = face.into_iter().collect();
+                let mut polygon: ArrayVec<_, MAX_CORNERS> = face.into_iter().collect();
+                if plane.0.dot((face[1] - face[0]).cross(face[2] - face[0])) < 0.0 {
+                    polygon.reverse();
+                }
                 for (normal, limit) in planes {
                     // A face is not cut by planes that it lies in.
                     cut(&mut polygon, |point| limit - normal.dot(point) + tolerance);
@@ -67,11 +71,7 @@ impl OrientedBox {
         if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
             return common.half_area();
         }
-        let area = |polygon: &Polygon| {
-            let fan = (1..polygon.len() - 1).map(|i| (polygon[i] - polygon[0]).cross(polygon[i + 1] - polygon[0]));
-            fan.sum::<DVec3>().length() * 0.5
-        };
-        (self.common_faces(other).iter().map(area).sum::<f64>() * 0.5) as f32
+        (self.intersection_faces(other).iter().map(|face| twice_area(face).length()).sum::<f64>() * 0.25) as f32
     }
 
     /// The smallest box along the axes around the intersection; [`OrientedBox::EMPTY`] where the two are disjoint.
@@ -83,7 +83,7 @@ impl OrientedBox {
         let bounds = if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
             self.bounds.intersection(&other.bounds)
         } else {
-            Aabb::around(self.common_faces(other).into_iter().flatten().map(DVec3::as_vec3))
+            Aabb::around(self.intersection_faces(other).into_iter().flatten().map(DVec3::as_vec3))
         };
         if bounds.is_empty() { Self::EMPTY } else { Self::plain(bounds) }
     }
@@ -92,6 +92,11 @@ impl OrientedBox {
     pub fn unit_normals(&self) -> [Vec3; 3] {
         self.normals.map(|normal| normal.as_dvec3().normalize().as_vec3())
     }
+}
+
+/// The outward normal of a convex polygon, as long as twice its area.
+fn twice_area(polygon: &[DVec3]) -> DVec3 {
+    polygon.windows(2).skip(1).map(|edge| (edge[0] - polygon[0]).cross(edge[1] - polygon[0])).sum()
 }
 
 #[cfg(test)]
@@ -145,6 +150,25 @@ mod tests {
             let around = a.intersection_bounds(&b);
             assert_eq!(around.is_empty(), area == 0.0);
             shared += usize::from(area > 0.0);
+        }
+        assert!((10..59).contains(&shared), "{shared}");
+    }
+
+    #[test]
+    fn the_faces_of_an_intersection_close_and_look_outwards() {
+        let boxes: Vec<OrientedBox> = boxes().iter().map(thickened).collect();
+        let mut shared = 0;
+        for pair in boxes.windows(2) {
+            let faces = pair[0].intersection_faces(&pair[1]);
+            let corners: Vec<DVec3> = faces.iter().flatten().copied().collect();
+            let center = corners.iter().sum::<DVec3>() / corners.len() as f64;
+            let whole: f64 = faces.iter().map(|face| twice_area(face).length()).sum();
+            let open: DVec3 = faces.iter().map(|face| twice_area(face)).sum();
+            assert!(faces.is_empty() || open.length() < 1e-9 * whole, "{open} of {whole}: {pair:?}");
+            for face in &faces {
+                assert!(twice_area(face).dot(face[0] - center) >= 0.0, "{face:?} around {center}");
+            }
+            shared += usize::from(!faces.is_empty());
         }
         assert!((10..59).contains(&shared), "{shared}");
     }

@@ -62,7 +62,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::geometry::sphere::tests::numbers;
+    use crate::geometry::sphere::tests::{SCALES, numbers};
     use crate::geometry::{Ray, Triangle};
 
     fn entry(polytope: &Dop14, ray: Ray, t_min: f32, t_max: f32) -> Option<f32> {
@@ -73,17 +73,7 @@ mod tests {
     #[test]
     fn a_ray_to_a_point_of_a_triangle_enters_before_it() {
         let mut number = numbers();
-        // Scenes of any size, near and far, and directions of any length.
-        for (size, distance, length) in [
-            (1.0, 1.0, 1.0),
-            (1.0, 1e3, 1.0),
-            (1.0, 1e6, 1e-12),
-            (1e-12, 1e-12, 1e16),
-            (1e-21, 1e-20, 1e18),
-            (1e-30, 1e-29, 1e18),
-            (1e-12, 1.0, 1e-18),
-            (1e15, 1e17, 1e18),
-        ] {
+        for (size, distance, length) in SCALES {
             let mut point = |scale: f32| Vec3::new(number(), number(), number()) * scale;
             for case in 0..2_000 {
                 let a = point(size);

@@ -60,7 +60,7 @@ impl OrientedBox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::sphere::tests::numbers;
+    use crate::geometry::sphere::tests::{SCALES, numbers};
     use crate::geometry::{Aabb, Extremes, OrientedKind, Ray, Triangle, intervals};
 
     fn entry(container: &OrientedBox, ray: Ray, t_min: f32, t_max: f32) -> Option<f32> {
@@ -77,18 +77,9 @@ mod tests {
     fn a_ray_to_a_point_of_a_triangle_enters_before_it() {
         let mut number = numbers();
         let mut kinds = [0; 3];
-        // Scenes of any size, near and far, and directions of any length.
-        for (size, distance, length) in [
-            (1.0, 1.0, 1.0),
-            (1.0, 1e3, 1.0),
-            (1.0, 1e6, 1e-12),
-            (1e-12, 1e-12, 1e16),
-            (1e-19, 1e-18, 1e18),
-            (1e-12, 1.0, 1e-18),
-            (1e15, 1e17, 1e18),
-            (1.0, 1e37, 1.0),
-            (1.0, 2e38, 1.0),
-        ] {
+        // Some too small to be turned, some so far away that rays enter every box.
+        let scales = SCALES.into_iter().chain([(1e-19, 1e-18, 1e18), (1.0, 1e37, 1.0), (1.0, 2e38, 1.0)]);
+        for (size, distance, length) in scales {
             let mut point = |scale: f32| Vec3::new(number(), number(), number()) * scale;
             for case in 0..3_000 {
                 let a = point(size);

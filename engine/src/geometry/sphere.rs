@@ -129,6 +129,19 @@ fn round_up(radius: f64) -> f32 {
 pub(super) mod tests {
     use super::*;
 
+    /// Scenes of any size, near and far, and rays of any length: size of what is hit, distance of the origin and length of the
+    /// direction.
+    pub(in crate::geometry) const SCALES: [(f32, f32, f32); 8] = [
+        (1.0, 1.0, 1.0),
+        (1.0, 1e3, 1.0),
+        (1.0, 1e6, 1e-12),
+        (1e-12, 1e-12, 1e16),
+        (1e-21, 1e-20, 1e18),
+        (1e-30, 1e-29, 1e18),
+        (1e-12, 1.0, 1e-18),
+        (1e15, 1e17, 1e18),
+    ];
+
     /// A fixed sequence of numbers between -1 and 1.
     pub(in crate::geometry) fn numbers() -> impl FnMut() -> f32 {
         let mut state = 1_u32;

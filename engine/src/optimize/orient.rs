@@ -41,7 +41,7 @@ impl Corners<'_> {
     }
 }
 
-/// `tree`, of boxes, with oriented ones; a tree of other containers as it is. `triangles` is the list that it was built from. Works on
+/// `tree`, of boxes, with oriented ones; a copy of a tree of other containers. `triangles` is the list that it was built from. Works on
 /// trees of any arity and of any builder. Of a valid tree, all rays have the same hits. The same for any number of threads.
 ///
 /// Where a builder put parts of a triangle into several leaves, boxes askew enclose all of it.
@@ -57,23 +57,23 @@ impl Corners<'_> {
 /// let strand: Vec<_> = (0..8).map(|i| Triangle { a: at(i), b: at(i + 1), c: at(i) + Vec3::X * 0.1 }).collect();
 /// let token = CancelToken::new();
 /// let (tree, _) = build_binary(&strand, &BuildSettings::default(), &token)?;
-/// let AnyTree::Oriented(tree) = orient(tree, &strand, &token)? else { panic!("it was a tree of boxes") };
+/// let AnyTree::Oriented(tree) = orient(&tree, &strand, &token)? else { panic!("it was a tree of boxes") };
 /// assert!(tree.nodes.iter().all(|node| node.container.kind() != OrientedKind::Plain));
 /// # Ok::<(), bvhscope_engine::BuildError>(())
 /// ```
-pub fn orient(tree: AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<AnyTree, Cancelled> {
+pub fn orient(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<AnyTree, Cancelled> {
     match tree {
         AnyTree::Aabb(tree) => Ok(AnyTree::Oriented(oriented(tree, triangles, token)?)),
-        other => Ok(other),
+        other => Ok(other.clone()),
     }
 }
 
 /// [`orient`] of a tree of boxes.
-fn oriented(tree: Tree<Aabb>, triangles: &[Triangle], token: &CancelToken) -> Result<Tree<OrientedBox>, Cancelled> {
+fn oriented(tree: &Tree<Aabb>, triangles: &[Triangle], token: &CancelToken) -> Result<Tree<OrientedBox>, Cancelled> {
     token.begin_stage("orient");
     let corners = Corners { triangles, indices: &tree.primitive_indices };
-    let slots = slots_below(&tree, token)?;
-    let extremes = extremes(&tree, corners, token)?;
+    let slots = slots_below(tree, token)?;
+    let extremes = extremes(tree, corners, token)?;
     let most = most_fitted(&slots, tree.primitive_indices.len());
     let nodes = par_collect_in_chunks(tree.nodes.len(), FITTED_BETWEEN_CHECKS, token, |index| {
         let Node { container, first, count } = tree.nodes[index];
@@ -82,7 +82,7 @@ fn oriented(tree: Tree<Aabb>, triangles: &[Triangle], token: &CancelToken) -> Re
         let project = |normals| intervals(corners.of(begin..end), normals);
         Node { container: OrientedBox::choose(container, &places, end - begin <= most, project), first, count }
     })?;
-    Ok(Tree { nodes, primitive_indices: tree.primitive_indices, max_depth: tree.max_depth })
+    Ok(Tree { nodes, primitive_indices: tree.primitive_indices.clone(), max_depth: tree.max_depth })
 }
 
 /// The first slot below each node and the one after the last.

@@ -67,7 +67,8 @@ impl CurveGrid {
         codes
     }
 
-    /// Interleaves the bits of the primitive's size with those of the axes, so that large primitives part from small ones (Vinkler, Bittner, Havran,
+    /// Interleaves the bits of the primitive's size with those of the axes, so that large primitives part from small ones (Vinkler,
+    /// Bittner, Havran,
     /// *Extended Morton Codes for High Performance Bounding Volume Hierarchy Construction*, HPG 2017, section 3). The size
     /// is the diagonal of the triangle's box, in units of the grid's diagonal.
     fn extended(&self, [x, y, z]: [u32; 3], triangle: &Triangle) -> u64 {

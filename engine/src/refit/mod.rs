@@ -92,7 +92,8 @@ pub fn refit_and_rotate(tree: &mut AnyTree, triangles: &[Triangle], token: &Canc
 }
 
 /// [`refit()`] of a binary tree of boxes, plain or oriented, after which up to `max_moves` of the subtrees with the most inefficient
-/// parents move to their best positions. A tree of other containers is only fitted. Returns the reduction of the summed half areas of all interior nodes.
+/// parents move to their best positions. A tree of other containers is only fitted. Returns the reduction of the summed half areas of all
+/// interior nodes.
 ///
 /// # Panics
 ///

@@ -14,7 +14,7 @@ pub(super) fn on_boxes<R, E: From<Cancelled>>(
 ) -> Result<R, E> {
     let mut boxes = AnyTree::Aabb(tree.to_plain(token)?);
     let result = work(&mut boxes)?;
-    if let AnyTree::Oriented(oriented) = orient(boxes, triangles, token)? {
+    if let AnyTree::Oriented(oriented) = orient(&boxes, triangles, token)? {
         *tree = oriented;
     }
     Ok(result)

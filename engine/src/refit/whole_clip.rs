@@ -1,8 +1,8 @@
 //! One tree for a whole clip of animation (Bittner, Meister, *T-SAH: Animation Optimized Bounding Volume Hierarchies*, 2015).
 //!
 //! The cost of a tree is the mean of its SAH costs in several poses. Since each of these is a sum of areas of nodes, whatever optimises a
-//! tree by areas does so for the clip once the area of a node is the mean of those of its boxes in all poses, each over the area of the root
-//! there.
+//! tree by areas does so for the clip once the area of a node is the mean of those of its boxes in all poses, each over the area of the
+//! root there.
 
 use super::bottom_up::{ToChildren, fit};
 use crate::builders::{BuildError, build_binary};

@@ -93,8 +93,8 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     /// The smallest container around both.
     #[must_use]
     fn union(&self, other: &Self) -> Self;
-    /// Surface area up to a constant factor of the kind: half of it for boxes of all kinds and polytopes, r² for spheres. Leaves the range of single precision
-    /// where coordinates are near its ends; [`Tree::area`](super::Tree::area) does not.
+    /// Surface area up to a constant factor of the kind: half of it for boxes of all kinds and polytopes, r² for spheres. Leaves the
+    /// range of single precision where coordinates are near its ends; [`Tree::area`](super::Tree::area) does not.
     fn relative_area(&self) -> f32;
     /// The container with all coordinates multiplied by `factor`, which is positive.
     #[must_use]
@@ -123,8 +123,8 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
     fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
     /// True if `other` lies inside, within `slack` in world units; for oriented boxes, if its contents may.
     fn contains(&self, other: &Self, slack: f32) -> bool;
-    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common part of boxes or polytopes, of the [`Lens`]
-    /// between two spheres. 0 where the two are disjoint.
+    /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common part of boxes or polytopes, of the
+    /// [`Lens`] between two spheres. 0 where the two are disjoint.
     ///
     /// [`Lens`]: crate::geometry::Lens
     fn intersection_area(&self, other: &Self) -> f32;

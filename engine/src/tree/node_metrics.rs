@@ -17,9 +17,9 @@ pub fn area_share<C: Container>(tree: &Tree<C>, node: u32) -> f32 {
     if whole > 0.0 { ratio(part, whole) } else { 1.0 }
 }
 
-/// SAH cost of `node` itself, without the nodes below it, over that of the tree, 0 to 1. Its cost is area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost), that
-/// of a leaf area·primitives·[`INTERSECTION_COST`]; see [`TreeStats::sah_cost`]. `stats` are those of `tree`. 0 where the tree has
-/// no cost.
+/// SAH cost of `node` itself, without the nodes below it, over that of the tree, 0 to 1. Its cost is
+/// area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost), that of a leaf area·primitives·[`INTERSECTION_COST`]; see
+/// [`TreeStats::sah_cost`]. `stats` are those of `tree`. 0 where the tree has no cost.
 pub fn sah_share<C: Container>(tree: &Tree<C>, node: u32, stats: &TreeStats) -> f32 {
     ratio((own_cost(tree, node) / f64::from(tree.area(0))) as f32, stats.sah_cost)
 }
@@ -65,11 +65,17 @@ pub fn overlap<C: Container>(tree: &Tree<C>, node: u32) -> Option<f32> {
 }
 
 /// For each pair of children of `node` that have a point in common, the smallest container around their intersection: for boxes and
-/// polytopes the intersection itself. In the order of the children; none for a leaf. For spheres,
-/// [`Sphere::lens`](crate::geometry::Sphere::lens) has the exact shape.
+/// polytopes the intersection itself. In the order of the children; none for a leaf. The exact shape is that of
+/// [`Sphere::lens`](crate::geometry::Sphere::lens) for spheres and of
+/// [`OrientedBox::intersection_faces`](crate::geometry::OrientedBox::intersection_faces) for oriented boxes.
 pub fn intersections_of_children<C: Container>(tree: &Tree<C>, node: u32) -> impl Iterator<Item = C> {
-    let common = pairs(children(tree, node).unwrap_or_default()).map(|(a, b)| a.intersection_bounds(b));
+    let common = pairs_of_children(tree, node).map(|(a, b)| a.intersection_bounds(b));
     common.filter(|common| *common != C::EMPTY)
+}
+
+/// The containers of each two children of `node`, in the order of the children; none for a leaf.
+pub fn pairs_of_children<C: Container>(tree: &Tree<C>, node: u32) -> impl Iterator<Item = (&C, &C)> {
+    pairs(children(tree, node).unwrap_or_default())
 }
 
 /// The children; `None` for a leaf.
@@ -89,7 +95,8 @@ pub(crate) fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
     f64::from(tree.area(node)) * visit_cost(&tree.nodes[node as usize])
 }
 
-/// Cost of the tests that one visit of `node` causes: [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), or [`INTERSECTION_COST`] for each primitive of a leaf.
+/// Cost of the tests that one visit of `node` causes: [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), or
+/// [`INTERSECTION_COST`] for each primitive of a leaf.
 pub(super) fn visit_cost<C: Container>(node: &Node<C>) -> f64 {
     if node.is_leaf() {
         f64::from(INTERSECTION_COST) * f64::from(node.count)

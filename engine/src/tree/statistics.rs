@@ -9,7 +9,8 @@ use crate::with_tree;
 use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
 
-/// Cost of one test of a box or a sphere, in the unit of [`INTERSECTION_COST`]; see [`traversal_cost`](crate::tree::ContainerKind::traversal_cost).
+/// Cost of one test of a box or a sphere, in the unit of [`INTERSECTION_COST`]; see
+/// [`traversal_cost`](crate::tree::ContainerKind::traversal_cost).
 pub const TRAVERSAL_COST: f32 = ContainerKind::Aabb.traversal_cost();
 /// Cost of one primitive test.
 pub const INTERSECTION_COST: f32 = 1.0;
@@ -44,10 +45,10 @@ pub struct TreeStats {
     pub max_arity: u32,
     /// Number of interior nodes by number of children; index 0 is unused. Empty where no node has children.
     pub arity_histogram: Vec<u32>,
-    /// SAH cost: Σ interior area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost) + Σ leaf area·primitives·[`INTERSECTION_COST`], over the root's area
-    /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). The constants are the same for nodes of any
-    /// number of children: an interior node costs one step, however many containers are tested in it. 0 where the root has no
-    /// area.
+    /// SAH cost: Σ interior area·[`traversal_cost`](crate::tree::ContainerKind::traversal_cost) + Σ leaf
+    /// area·primitives·[`INTERSECTION_COST`], over the root's area (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*,
+    /// 1987). The constants are the same for nodes of any number of children: an interior node costs one step, however many containers
+    /// are tested in it. 0 where the root has no area.
     pub sah_cost: f32,
 }
 

@@ -1,9 +1,11 @@
 //! Containers of wide trees, and how eight of them are tested side by side.
 
+#![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
+
 use std::fmt::Debug;
 
-use bytemuck::Pod;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use bytemuck::{Pod, Zeroable};
+use fearless_simd::Simd;
 
 use crate::geometry::Ray;
 use crate::tree::Container;
@@ -17,9 +19,9 @@ pub trait WideContainer: Container + RayRows {
     type Bounds: Pod + Send + Sync + PartialEq + Debug;
     /// Eight empty containers, which no ray enters.
     const EMPTY_BOUNDS: Self::Bounds;
-    /// A ray prepared for tests against eight containers.
+    /// A ray prepared for tests against eight containers, with the rounding of [`Container::entry`].
     type Prepared<S: Simd>: LaneTest<S, Self::Bounds>;
-    /// A single ray prepared for tests that take fewer steps and may also enter what [`WideContainer::intersect`] just misses.
+    /// A single ray prepared for tests that take fewer steps and may also enter what [`WideContainer::Prepared`] just misses.
     type Fused<S: Simd>: LaneTest<S, Self::Bounds>;
     /// Eight containers in less memory.
     type Compact: CompactBounds<Self>;
@@ -36,13 +38,6 @@ pub trait WideContainer: Container + RayRows {
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
     /// Prepares a single ray for the shorter test, and for triangles; `None` where only [`WideContainer::prepare`] will do.
     fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(Self::Fused<S>, TriangleLanes<1>)>;
-    /// The lanes whose containers the ray enters up to `t_max`, and the distances of entry; see [`Container::entry`].
-    fn intersect<S: Simd>(
-        simd: S,
-        bounds: &Self::Bounds,
-        ray: &Self::Prepared<S>,
-        t_max: f32,
-    ) -> (mask32x8<S>, f32x8<S>);
 }
 
 /// Up to eight containers in less memory, each rounded so that it encloses what was stored.
@@ -55,4 +50,28 @@ pub trait CompactBounds<C: WideContainer>: Pod + Send + Sync + PartialEq + Debug
     fn load(&self, lane: usize) -> C;
     /// Whether a lane was made from `container`, as far as can be told.
     fn holds(&self, lane: usize, container: &C) -> bool;
+}
+
+/// Eight containers as they are, where there is no smaller form.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Whole<B>(B);
+
+impl<C: WideContainer> CompactBounds<C> for Whole<C::Bounds> {
+    fn pack(lanes: &C::Bounds, _: usize) -> Self {
+        Self(*lanes)
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(&self, _: S) -> C::Bounds {
+        self.0
+    }
+
+    fn load(&self, lane: usize) -> C {
+        C::load(&self.0, lane)
+    }
+
+    fn holds(&self, lane: usize, container: &C) -> bool {
+        C::load(&self.0, lane) == *container
+    }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Simd, SimdBase, f32x8, mask32x8};
 
 use crate::geometry::{Aabb, FAR_SLACK, Ray};
 use crate::kernel::each;
@@ -27,9 +27,9 @@ pub struct BoxRay<S: Simd> {
 
 impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
     #[inline(always)]
-    fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = Aabb::intersect(simd, bounds, self, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
+    fn intersect_lanes(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let (entry, exit) = self.between(simd, bounds);
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
     }
 }
 
@@ -85,12 +85,6 @@ impl WideContainer for Aabb {
     #[inline(always)]
     fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(FusedBoxRay, TriangleLanes<1>)> {
         FusedBoxRay::new(simd, ray)
-    }
-
-    #[inline(always)]
-    fn intersect<S: Simd>(simd: S, bounds: &BoxLanes, ray: &BoxRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
-        let (entry, exit) = ray.between(simd, bounds);
-        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
     }
 }
 

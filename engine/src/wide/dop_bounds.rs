@@ -3,11 +3,11 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 
 use crate::geometry::{Aabb, DIAGONAL_PAD, Dop14, FAR_SLACK, PARALLEL_PAD, Ray};
 use crate::kernel::lanes::Lanes;
-use crate::wide::bounds::{CompactBounds, WideContainer};
+use crate::wide::bounds::{Whole, WideContainer};
 use crate::wide::box_bounds::BoxRay;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::layout::WIDTH;
@@ -24,26 +24,6 @@ pub struct DopLanes {
     pub(crate) planes: [[[f32; WIDTH]; 2]; DIAGONALS],
 }
 
-/// Polytopes have no smaller form.
-impl CompactBounds<Dop14> for DopLanes {
-    fn pack(lanes: &Self, _: usize) -> Self {
-        *lanes
-    }
-
-    #[inline(always)]
-    fn unpack<S: Simd>(&self, _: S) -> Self {
-        *self
-    }
-
-    fn load(&self, lane: usize) -> Dop14 {
-        Dop14::load(self, lane)
-    }
-
-    fn holds(&self, lane: usize, container: &Dop14) -> bool {
-        Dop14::load(self, lane) == *container
-    }
-}
-
 /// A ray prepared for tests against eight polytopes.
 pub struct DopRay<S: Simd> {
     boxes: BoxRay<S>,
@@ -56,9 +36,15 @@ pub struct DopRay<S: Simd> {
 
 impl<S: Simd> LaneTest<S, DopLanes> for DopRay<S> {
     #[inline(always)]
-    fn intersect(&self, simd: S, bounds: &DopLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = Dop14::intersect(simd, bounds, self, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
+    fn intersect_lanes(&self, simd: S, bounds: &DopLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let (mut entry, mut exit) = self.boxes.between(simd, &bounds.boxes);
+        for diagonal in 0..DIAGONALS {
+            let near = f32x8::load_array_ref(simd, &bounds.planes[diagonal][self.near[diagonal] & 1]);
+            let far = f32x8::load_array_ref(simd, &bounds.planes[diagonal][self.near[diagonal] & 1 ^ 1]);
+            entry = entry.max((self.near_origin[diagonal] - near) * self.negative_inverse[diagonal]);
+            exit = exit.min((self.far_origin[diagonal] - far) * self.negative_inverse[diagonal] * FAR_SLACK);
+        }
+        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
     }
 }
 
@@ -94,7 +80,7 @@ impl WideContainer for Dop14 {
     };
     type Prepared<S: Simd> = DopRay<S>;
     type Fused<S: Simd> = DopRay<S>;
-    type Compact = DopLanes;
+    type Compact = Whole<DopLanes>;
     const HAS_COMPACT: bool = false;
 
     #[inline(always)]
@@ -140,18 +126,6 @@ impl WideContainer for Dop14 {
     #[inline(always)]
     fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(DopRay<S>, TriangleLanes<1>)> {
         None
-    }
-
-    #[inline(always)]
-    fn intersect<S: Simd>(simd: S, bounds: &DopLanes, ray: &DopRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
-        let (mut entry, mut exit) = ray.boxes.between(simd, &bounds.boxes);
-        for diagonal in 0..DIAGONALS {
-            let near = f32x8::load_array_ref(simd, &bounds.planes[diagonal][ray.near[diagonal] & 1]);
-            let far = f32x8::load_array_ref(simd, &bounds.planes[diagonal][ray.near[diagonal] & 1 ^ 1]);
-            entry = entry.max((ray.near_origin[diagonal] - near) * ray.negative_inverse[diagonal]);
-            exit = exit.min((ray.far_origin[diagonal] - far) * ray.negative_inverse[diagonal] * FAR_SLACK);
-        }
-        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
     }
 }
 

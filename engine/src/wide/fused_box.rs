@@ -5,7 +5,7 @@
 //! machines without fused multiply-add. So the products are padded, and a box counts as entered also a little beyond its exit or the
 //! end of the ray: a ray visits the same nodes as there and rarely one more, on every machine, and the triangles decide what is hit.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x4, f32x8, mask32x8};
 
 use crate::geometry::Ray;
 use crate::kernel::each;
@@ -75,7 +75,7 @@ impl<S: Simd> LaneTest<S, BoxLanes> for FusedBoxRay {
     const SLACK: f32 = 1.0 + 24.0 * f32::EPSILON;
 
     #[inline(always)]
-    fn intersect(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
+    fn intersect_lanes(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let splat = |value| f32x8::splat(simd, value);
         let coordinates: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
         let planes =
@@ -91,7 +91,7 @@ impl<S: Simd> LaneTest<S, BoxLanes> for FusedBoxRay {
         });
         let entry = near[0].max(near[1]).max(near[2].max(splat(self.t_min)));
         let exit = far[0].min(far[1]).min(far[2].min(splat(t_max))) * splat(<Self as LaneTest<S, BoxLanes>>::SLACK);
-        (entry.simd_le(exit).to_bitmask() as u32, entry.to_array())
+        (entry.simd_le(exit), entry)
     }
 }
 

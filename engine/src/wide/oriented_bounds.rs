@@ -3,13 +3,13 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 use glam::Vec3;
 
 use crate::geometry::{Aabb, FAR_SLACK, OrientedBox, OrientedRay, PARALLEL_PAD, Ray};
 use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
-use crate::wide::bounds::{CompactBounds, WideContainer};
+use crate::wide::bounds::{Whole, WideContainer};
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
@@ -26,26 +26,6 @@ pub struct OrientedLanes {
     pub(crate) boxes: BoxLanes,
 }
 
-/// Oriented boxes have no smaller form.
-impl CompactBounds<OrientedBox> for OrientedLanes {
-    fn pack(lanes: &Self, _: usize) -> Self {
-        *lanes
-    }
-
-    #[inline(always)]
-    fn unpack<S: Simd>(&self, _: S) -> Self {
-        *self
-    }
-
-    fn load(&self, lane: usize) -> OrientedBox {
-        OrientedBox::load(self, lane)
-    }
-
-    fn holds(&self, lane: usize, container: &OrientedBox) -> bool {
-        OrientedBox::load(self, lane) == *container
-    }
-}
-
 /// A ray prepared for tests against eight oriented boxes.
 pub struct OrientedLaneRay<S: Simd> {
     origin: [f32x8<S>; 3],
@@ -55,10 +35,28 @@ pub struct OrientedLaneRay<S: Simd> {
 }
 
 impl<S: Simd> LaneTest<S, OrientedLanes> for OrientedLaneRay<S> {
+    /// With the rounding of [`OrientedBox::entry`].
     #[inline(always)]
-    fn intersect(&self, simd: S, bounds: &OrientedLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = OrientedBox::intersect(simd, bounds, self, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
+    fn intersect_lanes(&self, simd: S, bounds: &OrientedLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let (one, largest) = (f32x8::splat(simd, 1.0), f32x8::splat(simd, f32::MAX));
+        let parallel_pad = self.pad + PARALLEL_PAD;
+        let (mut entry, mut exit) = (self.t_min, largest);
+        for at in 0..3 {
+            let [x, y, z] = each!(axis => f32x8::load_array_ref(simd, &bounds.normals[at][axis]));
+            let [low, high] = each_plane(simd, &bounds.planes[at]);
+            let origin = x * self.origin[0] + y * self.origin[1] + z * self.origin[2];
+            let reciprocal = one / (x * self.direction[0] + y * self.direction[1] + z * self.direction[2]);
+            let crosses = reciprocal.abs().simd_le(largest);
+            let inverse = crosses.select(reciprocal, largest);
+            let pad = crosses.select(self.pad, parallel_pad);
+            let (t0, t1) = ((low - (origin + pad)) * inverse, (high - (origin - pad)) * inverse);
+            entry = entry.max(t0.min(t1));
+            exit = exit.min(t0.max(t1) * FAR_SLACK);
+        }
+        let [low, high] = each_plane(simd, &bounds.planes[0]);
+        // Empty boxes are inverted and must stay misses.
+        let entered = entry.simd_le(exit.min(f32x8::splat(simd, t_max))) & low.simd_le(high);
+        (entered, entry)
     }
 }
 
@@ -87,7 +85,7 @@ impl WideContainer for OrientedBox {
     };
     type Prepared<S: Simd> = OrientedLaneRay<S>;
     type Fused<S: Simd> = OrientedLaneRay<S>;
-    type Compact = OrientedLanes;
+    type Compact = Whole<OrientedLanes>;
     const HAS_COMPACT: bool = false;
 
     fn nonempty_area(&self) -> f32 {
@@ -125,35 +123,6 @@ impl WideContainer for OrientedBox {
     #[inline(always)]
     fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(OrientedLaneRay<S>, TriangleLanes<1>)> {
         None
-    }
-
-    /// With the rounding of [`OrientedBox::entry`].
-    #[inline(always)]
-    fn intersect<S: Simd>(
-        simd: S,
-        bounds: &OrientedLanes,
-        ray: &OrientedLaneRay<S>,
-        t_max: f32,
-    ) -> (mask32x8<S>, f32x8<S>) {
-        let (one, largest) = (f32x8::splat(simd, 1.0), f32x8::splat(simd, f32::MAX));
-        let parallel_pad = ray.pad + PARALLEL_PAD;
-        let (mut entry, mut exit) = (ray.t_min, largest);
-        for at in 0..3 {
-            let [x, y, z] = each!(axis => f32x8::load_array_ref(simd, &bounds.normals[at][axis]));
-            let [low, high] = each_plane(simd, &bounds.planes[at]);
-            let origin = x * ray.origin[0] + y * ray.origin[1] + z * ray.origin[2];
-            let reciprocal = one / (x * ray.direction[0] + y * ray.direction[1] + z * ray.direction[2]);
-            let crosses = reciprocal.abs().simd_le(largest);
-            let inverse = crosses.select(reciprocal, largest);
-            let pad = crosses.select(ray.pad, parallel_pad);
-            let (t0, t1) = ((low - (origin + pad)) * inverse, (high - (origin - pad)) * inverse);
-            entry = entry.max(t0.min(t1));
-            exit = exit.min(t0.max(t1) * FAR_SLACK);
-        }
-        let [low, high] = each_plane(simd, &bounds.planes[0]);
-        // Empty boxes are inverted and must stay misses.
-        let entered = entry.simd_le(exit.min(f32x8::splat(simd, t_max))) & low.simd_le(high);
-        (entered, entry)
     }
 }
 

@@ -14,8 +14,8 @@ pub(crate) const RAY_LANES: usize = 8;
 /// The bits of three axes.
 pub(crate) const AXES: u64 = 0b111;
 
-/// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`](crate::geometry::Shear::new); the one along which rays are sheared
-/// comes last.
+/// The axes of the shear for rays in direction `d`, as chosen by [`Shear::new`](crate::geometry::Shear::new); the one along which rays
+/// are sheared comes last.
 pub(crate) fn permuted_axes(d: Vec3) -> [usize; 3] {
     let size = d.abs();
     if size.x >= size.y && size.x >= size.z {

@@ -3,12 +3,12 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 
 use crate::geometry::{Ray, SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS, Sphere};
 use crate::kernel::each;
 use crate::kernel::lanes;
-use crate::wide::bounds::{CompactBounds, WideContainer};
+use crate::wide::bounds::{Whole, WideContainer};
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
@@ -22,26 +22,6 @@ pub struct SphereLanes {
     pub(crate) radius: [f32; WIDTH],
 }
 
-/// Spheres have no smaller form.
-impl CompactBounds<Sphere> for SphereLanes {
-    fn pack(lanes: &Self, _: usize) -> Self {
-        *lanes
-    }
-
-    #[inline(always)]
-    fn unpack<S: Simd>(&self, _: S) -> Self {
-        *self
-    }
-
-    fn load(&self, lane: usize) -> Sphere {
-        Sphere::load(self, lane)
-    }
-
-    fn holds(&self, lane: usize, container: &Sphere) -> bool {
-        Sphere::load(self, lane) == *container
-    }
-}
-
 /// A ray prepared for tests against eight spheres.
 pub struct SphereRay<S: Simd> {
     origin: [f32x8<S>; 3],
@@ -52,9 +32,20 @@ pub struct SphereRay<S: Simd> {
 
 impl<S: Simd> LaneTest<S, SphereLanes> for SphereRay<S> {
     #[inline(always)]
-    fn intersect(&self, simd: S, bounds: &SphereLanes, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (entered, entry) = Sphere::intersect(simd, bounds, self, t_max);
-        (entered.to_bitmask() as u32, entry.to_array())
+    fn intersect_lanes(&self, simd: S, bounds: &SphereLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
+        let zero = f32x8::splat(simd, 0.0);
+        let radius = f32x8::load_array_ref(simd, &bounds.radius);
+        let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - self.origin[axis]);
+        let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
+        let Chord { inside, near, far } = Chord::new(simd, to, reach, self.unit_direction, self.inverse_length);
+        // Negated comparisons, so that NaN counts as a hit.
+        let missed = inside.simd_lt(zero)
+            | far.simd_lt(self.t_min)
+            | near.simd_gt(f32x8::splat(simd, t_max))
+            | radius.simd_lt(zero);
+        // NaN fails the comparison, which leaves `t_min`.
+        let entry = near.simd_gt(self.t_min).select(near, self.t_min);
+        (!missed, entry)
     }
 }
 
@@ -77,7 +68,7 @@ impl WideContainer for Sphere {
     const EMPTY_BOUNDS: SphereLanes = SphereLanes { center: [[0.0; WIDTH]; 3], radius: [-1.0; WIDTH] };
     type Prepared<S: Simd> = SphereRay<S>;
     type Fused<S: Simd> = SphereRay<S>;
-    type Compact = SphereLanes;
+    type Compact = Whole<SphereLanes>;
     const HAS_COMPACT: bool = false;
 
     #[inline(always)]
@@ -110,23 +101,6 @@ impl WideContainer for Sphere {
     #[inline(always)]
     fn prepare_fused<S: Simd>(_: S, _: &Ray) -> Option<(SphereRay<S>, TriangleLanes<1>)> {
         None
-    }
-
-    #[inline(always)]
-    fn intersect<S: Simd>(simd: S, bounds: &SphereLanes, ray: &SphereRay<S>, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
-        let zero = f32x8::splat(simd, 0.0);
-        let radius = f32x8::load_array_ref(simd, &bounds.radius);
-        let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - ray.origin[axis]);
-        let reach = radius + (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
-        let Chord { inside, near, far } = Chord::new(simd, to, reach, ray.unit_direction, ray.inverse_length);
-        // Negated comparisons, so that NaN counts as a hit.
-        let missed = inside.simd_lt(zero)
-            | far.simd_lt(ray.t_min)
-            | near.simd_gt(f32x8::splat(simd, t_max))
-            | radius.simd_lt(zero);
-        // NaN fails the comparison, which leaves `t_min`.
-        let entry = near.simd_gt(ray.t_min).select(near, ray.t_min);
-        (!missed, entry)
     }
 }
 

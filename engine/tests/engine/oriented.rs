@@ -14,7 +14,7 @@ use crate::random::Random;
 use crate::trees::{self, scan};
 
 fn oriented(tree: AnyTree, triangles: &[Triangle]) -> AnyTree {
-    orient(tree, triangles, &CancelToken::new()).unwrap()
+    orient(&tree, triangles, &CancelToken::new()).unwrap()
 }
 
 fn nodes(tree: &AnyTree) -> &Tree<OrientedBox> {

@@ -99,7 +99,7 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
         return format!("shown: {of} clusters of Merges");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
-    let (drawn, wanted) = state.layout.graphics.overlay_counts;
+    let (drawn, wanted) = state.layout.graphics.overlay_counts();
     if drawn < wanted {
         return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
     }

@@ -82,8 +82,7 @@ impl BuildKey {
                 sessions.follow = FollowSession::default();
                 Accel::build_with_session(&scene, &self.settings, Some(&mut sessions.build), token)
             }
-            Some(path) if self.orients() => Ok(Accel::read(&scene, path, token)?.oriented(token)?),
-            Some(path) => Ok(Accel::read(&scene, path, token)?),
+            Some(path) => Ok(Accel::read(&scene, path, self.settings.optimize, token)?),
         }
     }
 

@@ -56,7 +56,8 @@ impl FramePacing {
         }
     }
 
-    /// Records that a picture of a moving camera, traced in `trace_time` and requested at `since`, arrived in a UI frame, which requests the next one.
+    /// Records that a picture of a moving camera, traced in `trace_time` and requested at `since`, arrived in a UI frame, which requests
+    /// the next one.
     pub(crate) fn record_arrival(&mut self, trace_time: Duration, since: Instant, now: Instant) {
         let last = self.last_arrival.replace(now);
         // From one picture to the next, unless nothing was wanted for a while in between.

@@ -129,7 +129,7 @@ impl TreeNumbers {
             Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, spread }))
         };
         Self {
-            container: accel.settings.container,
+            container: accel.tree.container_kind(),
             values: compared.filter_map(value).collect(),
             hash: accel.known_hash(),
             reused: accel.reused_stages().to_vec(),
@@ -185,7 +185,7 @@ mod tests {
     use crate::catalog::reading::Times;
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
-    use bvhscope_engine::settings::BuildSettings;
+    use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 
     /// Trees of these thresholds in one session, of which each build reuses the sorted primitives of the one before.
     fn trees(thresholds: [u32; 3]) -> [Accel; 3] {
@@ -204,6 +204,15 @@ mod tests {
 
     fn compare(before: &Accel, now: &Accel, number: &Number) -> Comparison {
         TreeNumbers::new(now, None).compare(Some(&TreeNumbers::new(before, None)), number)
+    }
+
+    #[test]
+    fn costs_of_other_containers_do_not_compare() {
+        let [boxes, ..] = trees([6, 12, 20]);
+        let build = BuildSettings { optimize: Passes::NONE.with(Pass::Orient), ..BuildSettings::default() };
+        let oriented = Accel::build(&boxes.scene, &build, &CancelToken::new()).unwrap();
+        assert_eq!(compare(&boxes, &oriented, SAH_COST), Comparison::OtherContainer);
+        assert!(matches!(compare(&oriented, &oriented, SAH_COST), Comparison::Change { .. }));
     }
 
     #[test]

@@ -203,17 +203,20 @@ pub struct Graphics {
     pub is_software: bool,
     /// The driver reported an error, so the overlay's pipeline is no longer used.
     pub failed: bool,
-    /// The containers that are drawn; `None` while they are off.
+    /// The containers that the last UI frame drew; `None` while they are off and before the first picture.
     pub shown: Option<Arc<Shown>>,
     /// The containers of the second tree that are drawn; `None` while they are off or that tree is out of view.
     pub second_shown: Option<Arc<Shown>>,
     /// The clusters that are drawn in place of the chosen depths; `None` where the depths are.
     pub standing: Option<Arc<Standing>>,
-    /// Number of containers drawn in the last UI frame, and number that the settings select.
-    pub overlay_counts: (usize, usize),
 }
 
 impl Graphics {
+    /// Number of containers that are drawn, and number that the settings select.
+    pub fn overlay_counts(&self) -> (usize, usize) {
+        self.shown.as_ref().map_or((0, 0), |shown| (shown.nodes.len(), shown.wanted))
+    }
+
     /// Number of containers that the adapter draws where no limit is set.
     pub const fn automatic_budget(&self) -> u32 {
         if self.is_software { OverlaySettings::SOFTWARE_BUDGET } else { OverlaySettings::BUDGET }

@@ -159,8 +159,6 @@ impl Viewport {
                 ui.ctx().request_repaint_after(delay);
             }
         }
-        let shown = state.layout.graphics.shown.as_deref();
-        state.layout.graphics.overlay_counts = shown.map_or((0, 0), |shown| (shown.nodes.len(), shown.wanted));
     }
 }
 

@@ -36,8 +36,8 @@ pub fn pays_from(followed: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> Op
     pairs.find(|(followed, rebuilt)| rebuilt.time_ms(rays) < followed.time_ms(rays)).map(|(pair, _)| pair.frame)
 }
 
-/// The rays of a frame above which `rebuilt` takes less time than `followed`; `None` where its rays are no faster. 0 where its update is not
-/// slower either.
+/// The rays of a frame above which `rebuilt` takes less time than `followed`; `None` where its rays are no faster. 0 where its update is
+/// not slower either.
 pub fn break_even_rays(followed: &FrameCost, rebuilt: &FrameCost) -> Option<f64> {
     let gain_ns = followed.ray_ns - rebuilt.ray_ns;
     (gain_ns > 0.0).then(|| ((rebuilt.ready_ms - followed.ready_ms) * 1e6 / gain_ns).max(0.0))

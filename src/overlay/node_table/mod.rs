@@ -6,6 +6,8 @@ mod table;
 
 mod shown;
 
+mod overlap;
+
 mod collecting;
 
 pub use shown::Shown;

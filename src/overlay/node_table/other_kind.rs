@@ -39,7 +39,8 @@ impl NodeTable {
         Ok(())
     }
 
-    /// The containers of a kind are known without another pass over the tree: the tree's own are, and the box of a polytope or an oriented box.
+    /// The containers of a kind are known without another pass over the tree: the tree's own are, and the box of a polytope or an
+    /// oriented box.
     pub(super) fn knows(&self, kind: ContainerKind) -> bool {
         kind == self.container_kind()
             || match kind {
@@ -51,7 +52,8 @@ impl NodeTable {
             }
     }
 
-    /// The box of `node`: the tree's own, or that of a polytope or of an oriented box, or in a tree of spheres the tight box around the triangles of the subtree.
+    /// The box of `node`: the tree's own, or that of a polytope or of an oriented box, or in a tree of spheres the tight box around the
+    /// triangles of the subtree.
     pub fn node_box(&self, node: u32) -> Aabb {
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,

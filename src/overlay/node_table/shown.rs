@@ -87,7 +87,8 @@ impl NodeTable {
         (first, [if settings.parents { 0 } else { first }, last])
     }
 
-    /// The nodes that `settings` choose without the hidden ones and those that the section plane cuts away. If they exceed the budget, the largest: on screen as seen from
+    /// The nodes that `settings` choose without the hidden ones and those that the section plane cuts away. If they exceed the budget,
+    /// the largest: on screen as seen from
     /// `viewpoint`, by surface area without one. The selected and hovered nodes are drawn separately, see
     /// [`highlighted`](crate::overlay::highlighted).
     pub fn shown(&self, settings: &OverlaySettings, selection: &Selection, viewpoint: Option<&Viewpoint>) -> Shown {
@@ -143,7 +144,8 @@ impl NodeTable {
             && (!oriented || plane.cuts_away(&around_corners(&self.node_oriented(node))))
     }
 
-    /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings` say, whatever depths these choose.
+    /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings`
+    /// say, whatever depths these choose.
     pub fn shown_of(
         &self,
         nodes: &[u32],

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::accel::Accel;
-use crate::overlay::node::{OverlayNode, Role};
+use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
@@ -89,8 +89,8 @@ impl NodeTable {
         self.levels.ranges.len().saturating_sub(1) as u32
     }
 
-    /// The nodes and triangles that `selection` hides; `None` for none. The same as the last time as long as the same nodes are hidden, so that it can
-    /// be compared by identity. Takes a pass over the tree otherwise.
+    /// The nodes and triangles that `selection` hides; `None` for none. The same as the last time as long as the same nodes are hidden,
+    /// so that it can be compared by identity. Takes a pass over the tree otherwise.
     pub fn visibility(&self, selection: &Selection) -> Option<Arc<Visibility>> {
         if !selection.hides_any() {
             return None;
@@ -114,8 +114,8 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes of either kind, 50 to 100
-    /// polytopes, or 40 to 60 spheres, are drawn: more cannot be told apart on a screen.
+    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes of either kind,
+    /// 50 to 100 polytopes, or 40 to 60 spheres, are drawn: more cannot be told apart on a screen.
     pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
         let most = match self.container_kind() {
             ContainerKind::Aabb | ContainerKind::Oriented => 200,
@@ -349,45 +349,6 @@ impl NodeTable {
         match &self.accel.tree {
             AnyTree::Oriented(tree) => Some(tree.nodes.get(node as usize)?.container.kind()),
             _ => None,
-        }
-    }
-
-    /// The common volume of each two of the children of `node`, as instance data of the tree's own kind of container: the box or
-    /// polytope itself, of spheres the smallest sphere around it, of oriented boxes the box along the axes. None for a leaf and where no two have anything in common.
-    pub fn overlap_instances(&self, node: u32) -> Vec<OverlayNode> {
-        if self.is_leaf(node) {
-            return Vec::new();
-        }
-        let whole = OverlaySettings::default().spelt_out(self.container_kind());
-        let mut plain = self.instance(node, self.depth(node), &whole);
-        plain.flags |= (Role::Overlap as u32) << Role::SHIFT;
-        match &self.accel.tree {
-            AnyTree::Aabb(tree) => node_metrics::intersections_of_children(tree, node)
-                .map(|Aabb { min, max }| OverlayNode { box_min: min.to_array(), box_max: max.to_array(), ..plain })
-                .collect(),
-            AnyTree::Sphere(tree) => node_metrics::intersections_of_children(tree, node)
-                .map(|Sphere { center, radius }| OverlayNode {
-                    sphere_center: center.to_array(),
-                    sphere_radius: radius,
-                    ..plain
-                })
-                .collect(),
-            AnyTree::Oriented(tree) => node_metrics::intersections_of_children(tree, node)
-                .map(|OrientedBox { bounds, .. }| OverlayNode {
-                    box_min: bounds.min.to_array(),
-                    box_max: bounds.max.to_array(),
-                    ..plain
-                })
-                .collect(),
-            AnyTree::Dop14(tree) => node_metrics::intersections_of_children(tree, node)
-                .map(|Dop14 { bounds, low, high }| OverlayNode {
-                    box_min: bounds.min.to_array(),
-                    box_max: bounds.max.to_array(),
-                    low,
-                    high,
-                    ..plain
-                })
-                .collect(),
         }
     }
 

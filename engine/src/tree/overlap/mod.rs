@@ -58,7 +58,8 @@ impl EndPointOverlap {
 
 /// End-point overlap (Aila, Karras, Laine: *On Quality Metrics of Bounding Volume Hierarchies*, HPG 2013, section 4): the
 /// cost of the surface of the scene that lies inside nodes that do not hold it, over the total surface. An interior node
-/// costs [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), a leaf [`INTERSECTION_COST`] for each primitive. `triangles` is the list that `tree` was built from.
+/// costs [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), a leaf [`INTERSECTION_COST`] for each primitive. `triangles` is
+/// the list that `tree` was built from.
 ///
 /// Exact for up to `max_samples` triangles. Beyond, estimated from that many triangles, evenly spread over the total surface.
 /// Where triangles coincide, each lies in nearly every node: once the samples have visited some thousand nodes each on average,

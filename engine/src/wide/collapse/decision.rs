@@ -38,8 +38,8 @@ const COUNT_OVERFLOW: u32 = (1 << COUNT_BITS) - 1;
 
 impl Decision {
     /// The decision for the parent of `first_child`, with the `lanes` of
-    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, their primitive counts and hits per cost, and whether it is
-    /// compact.
+    /// [`crate::wide::collapse::cost::collapse_cost`], the decisions for both children, their primitive counts and hits per cost, and
+    /// whether it is compact.
     #[inline(always)]
     pub(crate) fn new(
         first_child: u32,

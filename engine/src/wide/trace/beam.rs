@@ -1,16 +1,15 @@
 //! Tests of ray packets against eight containers at once: boxes by interval arithmetic over all directions, spheres by
-//! the frustum that encloses the rays, polytopes by their boxes.
+//! the frustum that encloses the rays.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16, mask32x16};
 
-use crate::geometry::{Aabb, Dop14, FAR_SLACK, Sphere};
+use crate::geometry::{Aabb, FAR_SLACK, Sphere};
 use crate::geometry::{SPHERE_ENTRY_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS};
 use crate::kernel::each;
 use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::BoxLanes;
-use crate::wide::dop_bounds::DopLanes;
 use crate::wide::layout::WIDTH;
 use crate::wide::sphere_bounds::{Chord, SphereLanes, dot};
 
@@ -47,7 +46,7 @@ pub struct BeamHits<O> {
 }
 
 /// A container that packets are tested against. The tests are conservative: they never reject a ray that
-/// [`WideContainer::intersect`] accepts and that hits something inside.
+/// [`WideContainer::Prepared`] accepts and that hits something inside.
 pub trait BeamContainer: WideContainer {
     /// Bounds of the rays, and what else the tests need besides the [`Beam`].
     type Frustum;
@@ -165,41 +164,6 @@ impl BeamContainer for Aabb {
         let entry = (near[0] * inverse[0]).max(near[1] * inverse[1]).max((near[2] * inverse[2]).max(t_min));
         let exit = (far[0] * inverse[0]).min(far[1] * inverse[1]).min(far[2] * inverse[2]) * FAR_SLACK;
         entry.simd_le(exit) & entry.simd_le(t)
-    }
-}
-
-/// By the boxes alone: along a diagonal the directions of a packet often have both signs, for which there is no interval.
-impl BeamContainer for Dop14 {
-    type Frustum = ();
-    type Offsets = PlaneOffsets;
-    type Offset<S: Simd> = [[f32x16<S>; 3]; 2];
-    const EMPTY_FRUSTUM: () = ();
-
-    #[inline(always)]
-    fn add_group<S: Simd>(_: S, (): &mut (), _: usize, _: [f32x16<S>; 3], _: [usize; 3]) {}
-
-    fn finish((): &mut (), _: &Beam, _: [usize; 3]) {}
-
-    #[inline(always)]
-    fn intersect_beam<S: Simd>(simd: S, bounds: &DopLanes, beam: &Beam, (): &(), t_max: f32) -> BeamHits<PlaneOffsets> {
-        Aabb::intersect_beam(simd, &bounds.boxes, beam, &(), t_max)
-    }
-
-    #[inline(always)]
-    fn splat_offset<S: Simd>(simd: S, offsets: &PlaneOffsets, lane: usize) -> [[f32x16<S>; 3]; 2] {
-        Aabb::splat_offset(simd, offsets, lane)
-    }
-
-    #[inline(always)]
-    fn intersect_group<S: Simd>(
-        simd: S,
-        offset: &[[f32x16<S>; 3]; 2],
-        beam: &Beam,
-        (): &(),
-        group: usize,
-        t: f32x16<S>,
-    ) -> mask32x16<S> {
-        Aabb::intersect_group(simd, offset, beam, &(), group, t)
     }
 }
 

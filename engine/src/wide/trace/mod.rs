@@ -4,6 +4,7 @@
 pub(crate) mod beam;
 mod cache_lines;
 pub mod packet;
+mod packet_tree;
 pub(crate) mod single;
 pub(crate) mod stack;
 pub(crate) mod stream;
@@ -14,6 +15,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use crate::geometry::{Hit, Ray};
 use crate::kernel::simd::baseline;
 use crate::tree::traverse::{NoProbe, Observer, Probe};
+use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::AnyWideTree;
 use crate::with_wide_tree;
 
@@ -122,12 +124,18 @@ impl AnyWideTree {
         }
     }
 
-    /// The closest hits of `rays`, written to the first elements of `hits`; see [`packet::closest_hits`].
+    /// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`.
+    ///
+    /// Fast if the rays come from one point in similar directions and each sixteen consecutive rays are neighbours; correct for any rays.
+    ///
+    /// # Panics
+    ///
+    /// If `hits` is shorter than `rays`.
     pub fn closest_hits(&self, level: Level, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match self {
-            Self::Aabb(tree) => packet::closest_hits(level, tree, rays, hits),
-            Self::Sphere(tree) => packet::closest_hits(level, tree, rays, hits),
-            Self::Dop14(tree) => packet::closest_hits(level, tree, rays, hits),
+            Self::Aabb(tree) => packet::closest_hits(level, tree, BoxTree::Aabb(tree), rays, hits),
+            Self::Sphere(tree) => packet::closest_hits(level, tree, tree, rays, hits),
+            Self::Dop14(tree) => packet::closest_hits(level, tree, BoxTree::Dop14(tree), rays, hits),
             Self::Oriented(_) => {
                 assert!(hits.len() >= rays.len(), "{} results for {} rays", hits.len(), rays.len());
                 for (ray, hit) in rays.iter().zip(hits) {

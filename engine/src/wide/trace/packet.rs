@@ -13,10 +13,12 @@ use crate::geometry::{EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, Hit, PreparedRa
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::wide::block::TriangleBlock;
+use crate::wide::bounds::WideContainer;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, permuted_axes, transposed};
 use crate::wide::trace::beam::{Beam, BeamContainer, GROUP, GROUPS};
+use crate::wide::trace::packet_tree::PacketTree;
 use crate::wide::trace::stack::Stack;
 use crate::wide::trace::stream;
 use crate::wide::tree::WideTree;
@@ -36,7 +38,8 @@ struct Waiting {
 /// No triangle; loses every tie.
 const NONE: u32 = u32::MAX;
 
-/// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`.
+/// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`. `packets` is `tree` as packets go
+/// through it.
 ///
 /// Fast if the rays come from one point in similar directions and each sixteen consecutive rays are neighbours; correct
 /// for any rays.
@@ -44,7 +47,13 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// If `hits` is shorter than `rays`.
-pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub(crate) fn closest_hits<'a, C: WideContainer, B: BeamContainer>(
+    level: Level,
+    tree: &WideTree<C>,
+    packets: impl PacketTree<'a, B>,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) {
     assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
     // Consecutive incoherent rays are collected, because streams get faster with more rays.
     let mut traced = 0;
@@ -52,7 +61,7 @@ pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[
         let end = rays.len().min(first + MAX_RAYS);
         let (rays_before, rays) = rays[traced..end].split_at(first - traced);
         let (hits_before, hits) = hits[traced..end].split_at_mut(first - traced);
-        if dispatch!(level, simd => closest_hits_of_packet(simd, tree, rays, hits)) {
+        if closest_hits_of_packet(level, packets, rays, hits) {
             dispatch!(level, simd => stream::closest_hits(simd, tree, rays_before, hits_before));
             traced = end;
         }
@@ -60,20 +69,22 @@ pub fn closest_hits<C: BeamContainer>(level: Level, tree: &WideTree<C>, rays: &[
     dispatch!(level, simd => stream::closest_hits(simd, tree, &rays[traced..], &mut hits[traced..]));
 }
 
-/// Traces `rays` as a packet; `false` if they are not coherent enough.
-#[inline(always)]
-fn closest_hits_of_packet<S: Simd, C: BeamContainer>(
-    simd: S,
-    tree: &WideTree<C>,
+/// Traces `rays` as a packet; `false` if they are not coherent enough. Not inlined, as trees of several containers share it.
+#[inline(never)]
+fn closest_hits_of_packet<'a, C: BeamContainer>(
+    level: Level,
+    tree: impl PacketTree<'a, C>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) -> bool {
-    let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
-    packet.trace(simd, tree, rays);
-    for (index, hit) in hits.iter_mut().enumerate() {
-        *hit = packet.hits.hit(index);
-    }
-    true
+    dispatch!(level, simd => {
+        let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
+        packet.trace(simd, tree, rays);
+        for (index, hit) in hits.iter_mut().enumerate() {
+            *hit = packet.hits.hit(index);
+        }
+        true
+    })
 }
 
 /// Closest hits so far, by group.
@@ -209,8 +220,8 @@ impl<C: BeamContainer> Packet<C> {
     }
 
     #[inline(always)]
-    fn trace<S: Simd>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
-        let Some(root) = tree.root else { return };
+    fn trace<'a, S: Simd>(&mut self, simd: S, tree: impl PacketTree<'a, C>, rays: &[Ray]) {
+        let Some(root) = tree.root() else { return };
         let mut stack = Stack::new();
         stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
         while let Some(Waiting { entry, child, groups }) = stack.pop() {
@@ -224,13 +235,13 @@ impl<C: BeamContainer> Packet<C> {
             }
             let t_max = open.select(group_t_max, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
             if child.is_leaf() {
-                for block in tree.leaves.blocks(child) {
+                for block in tree.leaves().blocks(child) {
                     self.test_block(simd, block, active, rays);
                 }
                 continue;
             }
             let mut space = None;
-            let (bounds, children) = tree.node(child).unpack(simd, &mut space);
+            let (bounds, children) = tree.unpack(simd, child, &mut space);
             let beam_hits = C::intersect_beam(simd, bounds, &self.beam, &self.frustum, t_max);
             let mark = stack.reserve();
             for lane in bits(u64::from(beam_hits.some)) {

@@ -14,6 +14,7 @@ use crate::kernel::bits::bits;
 use crate::tree::traverse::{Nearest, NoProbe};
 use crate::wide::block::BlockRay;
 use crate::wide::bounds::WideContainer;
+use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
@@ -282,8 +283,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         let mut entries = f32x8::splat(simd, f32::INFINITY);
         for index in bits(set) {
             let index = index % RAYS;
-            let ray = C::prepare(simd, &self.rays, index);
-            let (enters, entry) = C::intersect(simd, bounds, &ray, self.t[index]);
+            let (enters, entry) = C::prepare(simd, &self.rays, index).intersect_lanes(simd, bounds, self.t[index]);
             for (word, set) in sets.iter_mut().enumerate() {
                 *set |= enters.select(u32x8::splat(simd, word_of(1 << index, word)), none);
             }

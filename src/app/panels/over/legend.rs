@@ -120,7 +120,7 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let has_overlap = |node: u32| !shown.table.overlap_instances(node).is_empty();
     let mut filled: Vec<(&[Role], &str)> = Vec::new();
     if settings.overlap && standing.is_none() && selected.is_some_and(has_overlap) {
-        filled.push((&[Role::Overlap], "filled: what the children have in common"));
+        filled.push((&[Role::Overlap], "filled: shared by the children"));
     }
     let mut of_ray: Vec<(&[Role], &str)> = Vec::new();
     if table.faulty().next().is_some() {

@@ -48,7 +48,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             curve(ui, state);
         });
         let shown = state.drawn_kinds() != [false; 4];
-        let (drawn, wanted) = state.layout.graphics.overlay_counts;
+        let (drawn, wanted) = state.layout.graphics.overlay_counts();
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
             ("Containers are off: B shows them".to_owned(), color.dim)
@@ -59,7 +59,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         } else if wanted > drawn {
             let drawn = format::count(drawn as u64);
             (format!("{drawn} of {} shown: the largest on screen", format::count(wanted as u64)), color.warning)
-        } else if wanted == 0 && state.model.presented.is_some() {
+        } else if wanted == 0 && state.layout.graphics.shown.is_some() {
             ("No containers at this depth".to_owned(), color.dim)
         } else {
             return;
@@ -91,7 +91,8 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
                     *overlay = overlay.with_kinds(kinds);
                 }
             });
-            ui.horizontal(|ui| {
+            // A narrow panel stays as it is where there is one more kind.
+            ui.horizontal_wrapped(|ui| {
                 let mut kinds = overlay.kinds(kind);
                 let mut by_hand = check(ui, &mut kinds[2], "DOPs", "Draw the polytopes of 14 planes around nodes");
                 if kind == ContainerKind::Oriented || kinds[3] {
