@@ -65,7 +65,7 @@ impl Child {
     }
 
     /// The reference whose [`Child::bits`] these are.
-    pub fn from_bits(bits: u32) -> Self {
+    pub const fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
 
@@ -84,7 +84,7 @@ impl Child {
     /// Index of the node among those of its form, or the slot of the leaf's first triangle, or its index in
     /// [`Leaves::long`](crate::wide::leaves::Leaves).
     #[inline(always)]
-    pub fn index(self) -> usize {
+    pub const fn index(self) -> usize {
         let is_leaf = self.0 >> 31;
         (self.0 & (u32::MAX >> (2 + (Self::COUNT_BITS - 1) * is_leaf))) as usize
     }

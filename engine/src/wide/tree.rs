@@ -1,6 +1,6 @@
 //! Layout of the wide tree.
 
-use std::hint::select_unpredictable;
+use std::marker::PhantomData;
 
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
@@ -93,6 +93,36 @@ impl<'a, C: WideContainer> NodeRef<'a, C> {
     }
 }
 
+/// The memory that children refer to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Addresses<C> {
+    leaves: *const u8,
+    /// Addresses of the first node or leaf, by the two highest bits of a [`Child`].
+    first: [usize; 4],
+    tree: PhantomData<C>,
+}
+
+impl<C: WideContainer> Addresses<C> {
+    /// Size of a node, or of a triangle, and the bits of its index, by the two highest bits of a [`Child`].
+    const SIZES: [(u32, u32); 4] = {
+        let leaf = (size_of::<[f32; VALUES]>() as u32, Child::from_bits(u32::MAX).index() as u32);
+        let index = Child::from_bits(u32::MAX >> 2).index() as u32;
+        let compact = if C::HAS_COMPACT { size_of::<WideNode<C::Compact>>() } else { size_of::<WideNode<C::Bounds>>() };
+        [(size_of::<WideNode<C::Bounds>>() as u32, index), (compact as u32, index), leaf, leaf]
+    };
+
+    /// Prefetches a child, which need not exist.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, child: Child) {
+        let kind = child.bits() as usize >> 30;
+        let (size, index) = Self::SIZES[kind];
+        let address = self.first[kind].wrapping_add((child.bits() & index) as usize * size as usize);
+        // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
+        let bytes = size_of::<WideNode<C::Bounds>>().max(160);
+        prefetch::prefetch_four_lines(self.leaves.with_addr(address), bytes);
+    }
+}
+
 impl<C: WideContainer> WideTree<C> {
     /// The node that `child`, which must not be a leaf, refers to.
     ///
@@ -129,17 +159,16 @@ impl<C: WideContainer> WideTree<C> {
     /// [`WideTree::prefetch`] without a branch.
     #[inline(always)]
     pub(crate) fn prefetch_any(&self, child: Child) {
-        let choose = |leaf: usize, full: usize, compact: usize| {
-            let node = if C::HAS_COMPACT { select_unpredictable(child.is_compact(), compact, full) } else { full };
-            select_unpredictable(child.is_leaf(), leaf, node)
-        };
+        self.addresses().prefetch(child);
+    }
+
+    /// For several calls of [`WideTree::prefetch_any`].
+    #[inline(always)]
+    pub(crate) fn addresses(&self) -> Addresses<C> {
         let leaves: *const u8 = self.leaves.values.as_ptr().cast();
-        let address = choose(leaves.addr(), self.nodes.as_ptr().addr(), self.compact_nodes.as_ptr().addr());
-        let sizes = [size_of::<[f32; VALUES]>(), size_of::<WideNode<C::Bounds>>(), size_of::<WideNode<C::Compact>>()];
-        let size = choose(sizes[0], sizes[1], sizes[2]);
-        // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
-        let bytes = size_of::<WideNode<C::Bounds>>().max(160);
-        prefetch::prefetch_four_lines(leaves.with_addr(address.wrapping_add(child.index() * size)), bytes);
+        let [full, compact] = [self.nodes.as_ptr().addr(), self.compact_nodes.as_ptr().addr()];
+        let compact = if C::HAS_COMPACT { compact } else { full };
+        Addresses { leaves, first: [full, compact, leaves.addr(), leaves.addr()], tree: PhantomData }
     }
 
     /// The children of the node `child`; none where it is a leaf.

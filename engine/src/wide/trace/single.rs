@@ -15,7 +15,7 @@ use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::stack::Stack;
-use crate::wide::tree::WideTree;
+use crate::wide::tree::{Addresses, WideTree};
 
 /// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
 /// container test and of each block as one primitive test, and of the events of [`Probe`].
@@ -133,6 +133,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
 ) -> Option<Nearest> {
     let mut nearest = Nearest::new(ray.t_max);
     let block_ray = BlockRay::new(lanes, 0);
+    let addresses = tree.addresses();
     let mut current = root;
     let mut stack = Stack::new();
     loop {
@@ -162,7 +163,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe, const AN
                 let next = if hits == 0 {
                     first
                 } else {
-                    push_all_but_next::<_, _, ANY>(tree, children, &entries, first, hits, &mut stack, probe)
+                    push_all_but_next::<_, _, ANY>(&addresses, children, &entries, first, hits, &mut stack, probe)
                 };
                 current = predicted(children, next);
                 continue;
@@ -221,7 +222,7 @@ fn visit_leaf<'a, S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe
 /// Returns that one's lane.
 #[inline(always)]
 fn push_all_but_next<C: WideContainer, P: Probe, const ANY: bool>(
-    tree: &WideTree<C>,
+    addresses: &Addresses<C>,
     children: &[Child; WIDTH],
     entries: &[f32; WIDTH],
     first: usize,
@@ -242,7 +243,7 @@ fn push_all_but_next<C: WideContainer, P: Probe, const ANY: bool>(
             std::mem::swap(&mut other, &mut next);
             next_lane = lane;
         }
-        tree.prefetch_any(other.child());
+        addresses.prefetch(other.child());
         stack.push(other);
         if !ANY {
             stack.sort_last(mark, |a, b| a < b);
