@@ -92,7 +92,6 @@ impl Device {
         // Up to the level that this engine is limited to.
         let isa = match SimdLevel::of_builds() {
             SimdLevel::Sse2 => ",isa=sse2",
-            SimdLevel::Sse4 => ",isa=sse4.2",
             SimdLevel::Avx2 => ",isa=avx2",
             SimdLevel::Avx512 | SimdLevel::Neon => "",
         };

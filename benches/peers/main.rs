@@ -77,7 +77,7 @@ struct Flags {
     /// Folder of the models [default: the variable BVHSCOPE_MODELS, or ../shared/models]
     #[arg(long)]
     models: Option<PathBuf>,
-    /// Widest vector instructions of this engine's builds and rays and of Embree: sse2, sse4, avx2 or avx512
+    /// Widest vector instructions of this engine's builds and rays and of Embree: sse2, avx2 or avx512
     #[arg(long, value_parser = simd)]
     simd: Option<SimdLevel>,
     /// Write each tree into this folder instead of measuring, for `bvhscope MODEL --tree FILE`; Embree's come from the same

@@ -239,7 +239,7 @@ pub struct BuildSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Preset {
-    /// The paper's fast setting over leaf blocks of up to four triangles: the fastest build.
+    /// The paper's fast setting over leaf blocks of up to four triangles, the fastest build of AAC.
     Swift,
     /// δ 6, ε 0.2: the paper's fast setting.
     Fast,
@@ -373,7 +373,7 @@ impl BuildSettings {
     pub fn refusal(&self, primitive_count: usize) -> Option<String> {
         match self.builder {
             BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
-                Some("the binned SAH builder makes no spheres: choose boxes or polytopes".to_owned())
+                Some("the binned SAH builder makes no spheres: choose boxes or 14-DOPs".to_owned())
             }
             _ if self.container == ContainerKind::Oriented => {
                 Some(format!("no builder makes oriented boxes: choose boxes and the pass '{}'", Pass::Orient.name()))

@@ -164,7 +164,7 @@ fn trace<P: Entering>(
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let tree = &request.accel.tree;
     let triangles = request.accel.compute_leaf_triangles(token)?;
-    let level = request.settings.simd.plain_loop_level();
+    let level = request.settings.simd.level();
     let root_is_leaf = with_tree!(tree, tree => tree.nodes.first().is_some_and(Node::is_leaf));
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;

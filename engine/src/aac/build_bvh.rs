@@ -10,7 +10,7 @@
 
 use std::time::Instant;
 
-use fearless_simd::dispatch;
+use crate::kernel::simd::dispatch;
 
 use crate::aac::build_cache::BuildCache;
 use crate::aac::build_tree::{Forest, TreeBuilder};

@@ -19,7 +19,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 
 use crate::aac::cluster::{Cluster, ClusterStack};
 use crate::aac::cluster_container::ClusterContainer;
@@ -31,6 +31,7 @@ use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::simd::dispatch;
 use crate::order::SortedPrimitives;
 
 /// Number of primitives whose containers are loaded at once, so that their cache misses overlap; they fit the L1 cache.

@@ -179,11 +179,12 @@ pub fn splat_fields<C: ClusterContainer, S: Simd, V: Lanes<S>>(simd: S, fields: 
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{dispatch, f32x4};
+    use fearless_simd::f32x4;
     use glam::Vec3;
 
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch;
 
     fn merge_distance<C: ClusterContainer>(own: &C, other: &C) -> f32 {
         dispatch!(SimdLevel::Sse2.level(), simd => {

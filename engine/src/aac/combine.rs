@@ -59,7 +59,7 @@ pub fn combine_clusters<C: ClusterContainer, S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;

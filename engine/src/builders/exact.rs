@@ -3,14 +3,13 @@
 
 use std::time::Instant;
 
-use fearless_simd::dispatch;
+use crate::kernel::simd::{dispatch, dispatch_plain};
 
 use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, Scratch, combine_clusters, order_leaves};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::lanes::LANES;
-use crate::kernel::simd::plain_loop_level;
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
 
@@ -22,7 +21,7 @@ pub fn build<C: ClusterContainer>(
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
     let mut clusters = ClusterStack::with_capacity(triangles.len());
-    dispatch!(plain_loop_level(), simd => {
+    dispatch_plain!(SimdLevel::of_builds().level(), simd => {
         for (primitive, triangle) in triangles.iter().enumerate() {
             // By the same kernel as in the approximate builder, so that containers are bit for bit the same.
             let (cached, _) = C::bounds_and_centroids(simd, &[*triangle; LANES]);

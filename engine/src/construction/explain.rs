@@ -2,11 +2,12 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, dispatch, f32x16};
+use fearless_simd::{Simd, SimdBase, f32x16};
 
 use crate::aac::{Cluster, ClusterContainer, ClusterStack, splat_fields};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::SimdLevel;
+use crate::kernel::simd::dispatch;
 use crate::tree::{ContainerKind, Node, Tree, with_built_tree};
 use crate::with_tree;
 

@@ -5,7 +5,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 
 /// Position in [`SimdLevel::ALL`] above which builds use no level.
 static WIDEST_OF_BUILDS: AtomicUsize = AtomicUsize::new(usize::MAX);
@@ -28,8 +28,6 @@ static WIDEST_OF_BUILDS: AtomicUsize = AtomicUsize::new(usize::MAX);
 pub enum SimdLevel {
     /// SSE2, which every 64-bit x86 has.
     Sse2,
-    /// SSE4.2.
-    Sse4,
     /// AVX2.
     Avx2,
     /// AVX-512 with the extensions of Ice Lake.
@@ -40,13 +38,12 @@ pub enum SimdLevel {
 
 impl SimdLevel {
     /// All levels, whether this machine supports them or not.
-    pub const ALL: [Self; 5] = [Self::Sse2, Self::Sse4, Self::Avx2, Self::Avx512, Self::Neon];
+    pub const ALL: [Self; 4] = [Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon];
 
     /// The name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Sse2 => "sse2",
-            Self::Sse4 => "sse4",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
             Self::Neon => "neon",
@@ -77,15 +74,9 @@ impl SimdLevel {
         self.find().is_some()
     }
 
-    /// Dispatch level for kernels of explicit SIMD vectors; the baseline where this machine does not support `self`.
+    /// Dispatch level for kernels; the baseline where this machine does not support `self`.
     pub fn level(self) -> Level {
         self.find().unwrap_or_else(Level::baseline)
-    }
-
-    /// Dispatch level for kernels with plain loops, which the compiler vectorises: at most AVX2, because its auto-vectoriser has
-    /// been seen to give wrong results for AVX-512.
-    pub fn plain_loop_level(self) -> Level {
-        if self == Self::Avx512 { Self::Avx2.level() } else { self.level() }
     }
 
     fn find(self) -> Option<Level> {
@@ -93,8 +84,6 @@ impl SimdLevel {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Sse2 => machine.as_sse2().map(Level::Sse2),
-            #[cfg(target_arch = "x86_64")]
-            Self::Sse4 => machine.as_sse4_2().map(Level::Sse4_2),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => machine.as_avx2().map(Level::Avx2),
             #[cfg(target_arch = "x86_64")]
@@ -110,15 +99,17 @@ impl SimdLevel {
     }
 }
 
-/// The [`SimdLevel::plain_loop_level`] of builds.
-pub(crate) fn plain_loop_level() -> Level {
-    SimdLevel::of_builds().plain_loop_level()
-}
+/// The instructions that every machine has.
+#[cfg(target_arch = "x86_64")]
+pub(crate) type Baseline = fearless_simd::Sse2;
+#[cfg(target_arch = "aarch64")]
+pub(crate) type Baseline = fearless_simd::Neon;
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub(crate) type Baseline = fearless_simd::Fallback;
 
-/// The instructions that every machine has. For code that gains nothing from others: it is compiled once instead of once for each
-/// level.
+/// Proof of the baseline. For code that gains nothing from more: it is compiled once instead of once for each level.
 #[inline(always)]
-pub(crate) fn baseline() -> impl Simd {
+pub(crate) fn baseline() -> Baseline {
     #[cfg(target_arch = "x86_64")]
     let token = Level::baseline().as_sse2();
     #[cfg(target_arch = "aarch64")]
@@ -127,6 +118,88 @@ pub(crate) fn baseline() -> impl Simd {
     let token = Some(fearless_simd::Fallback::new());
     token.unwrap_or_else(|| unreachable!("every machine has them"))
 }
+
+/// Proof of the widest instructions of a [`Level`] that kernels are compiled for.
+#[derive(Clone, Copy)]
+pub(crate) enum Instructions {
+    #[cfg(target_arch = "x86_64")]
+    Avx512(fearless_simd::Avx512),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(fearless_simd::Avx2),
+    Baseline(Baseline),
+}
+
+impl Instructions {
+    #[inline(always)]
+    pub(crate) fn of(level: Level) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = level.as_avx512() {
+            return Self::Avx512(simd);
+        }
+        Self::of_plain_loops(level)
+    }
+
+    #[inline(always)]
+    pub(crate) fn of_plain_loops(level: Level) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = level.as_avx2() {
+            return Self::Avx2(simd);
+        }
+        let _ = level;
+        Self::Baseline(baseline())
+    }
+}
+
+/// Evaluates an expression with the widest instructions of a [`Level`]. Unlike the macro of `fearless_simd`, which has a copy for SSE4.2
+/// too: processors with that and without AVX2 are older than 2013.
+macro_rules! dispatch {
+    ($level:expr, $simd:pat => $body:expr) => {
+        match $crate::kernel::simd::Instructions::of($level) {
+            #[cfg(target_arch = "x86_64")]
+            $crate::kernel::simd::Instructions::Avx512(simd) => {
+                $crate::kernel::simd::vectorized!(simd, $simd => $body)
+            }
+            #[cfg(target_arch = "x86_64")]
+            $crate::kernel::simd::Instructions::Avx2(simd) => $crate::kernel::simd::vectorized!(simd, $simd => $body),
+            $crate::kernel::simd::Instructions::Baseline(simd) => {
+                $crate::kernel::simd::vectorized!(simd, $simd => $body)
+            }
+        }
+    };
+}
+
+/// [`dispatch`] for kernels with plain loops, which the compiler vectorises: with AVX2 at most, because its auto-vectoriser has been
+/// seen to give wrong results for AVX-512.
+macro_rules! dispatch_plain {
+    ($level:expr, $simd:pat => $body:expr) => {
+        match $crate::kernel::simd::Instructions::of_plain_loops($level) {
+            #[cfg(target_arch = "x86_64")]
+            $crate::kernel::simd::Instructions::Avx512(_) => unreachable!("plain loops do without"),
+            #[cfg(target_arch = "x86_64")]
+            $crate::kernel::simd::Instructions::Avx2(simd) => $crate::kernel::simd::vectorized!(simd, $simd => $body),
+            $crate::kernel::simd::Instructions::Baseline(simd) => {
+                $crate::kernel::simd::vectorized!(simd, $simd => $body)
+            }
+        }
+    };
+}
+
+/// An expression compiled with the instructions that a token proves.
+macro_rules! vectorized {
+    ($token:expr, $simd:pat => $body:expr) => {{
+        let token = $token;
+        fearless_simd::Simd::vectorize(
+            token,
+            #[inline(always)]
+            || {
+                let $simd = token;
+                $body
+            },
+        )
+    }};
+}
+
+pub(crate) use {dispatch, dispatch_plain, vectorized};
 
 impl Default for SimdLevel {
     fn default() -> Self {
@@ -141,7 +214,6 @@ mod tests {
     #[test]
     fn the_best_level_is_available() {
         assert!(SimdLevel::best().is_available() || cfg!(not(any(target_arch = "x86_64", target_arch = "aarch64"))));
-        assert_eq!(SimdLevel::Avx512.plain_loop_level().as_avx2().is_some(), SimdLevel::Avx2.is_available());
         #[cfg(target_arch = "x86_64")]
         assert!(SimdLevel::Sse2.is_available() && !SimdLevel::Neon.is_available());
     }

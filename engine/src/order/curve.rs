@@ -124,7 +124,7 @@ fn spread_by_four(bits: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch_plain;
 
     use super::*;
     use crate::kernel::SimdLevel;
@@ -188,7 +188,7 @@ mod tests {
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
                 for triangles in triangles.as_chunks::<LANES>().0 {
                     let centroids = triangles.map(|triangle| triangle.bounds().center());
-                    let codes = dispatch!(level.plain_loop_level(), simd => {
+                    let codes = dispatch_plain!(level.level(), simd => {
                         let lanes = centroids.map(|centroid| f32x4::from_slice(simd, &[centroid.x, centroid.y, centroid.z, 5.0]));
                         grid.codes(simd, &lanes, triangles)
                     });

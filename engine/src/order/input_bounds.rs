@@ -2,13 +2,14 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
+use fearless_simd::{Simd, SimdBase, f32x4};
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
-use crate::kernel::simd::plain_loop_level;
+use crate::kernel::SimdLevel;
+use crate::kernel::simd::dispatch_plain;
 use crate::order::primitive_container::corners_of_box;
 
 /// Triangles per task.
@@ -25,7 +26,7 @@ pub struct InputBounds {
 
 /// Computes the bounds of `triangles` in the calling thread's rayon pool.
 pub fn input_bounds(triangles: &[Triangle], token: &CancelToken) -> Result<InputBounds, Cancelled> {
-    let level = plain_loop_level();
+    let level = SimdLevel::of_builds().level();
     let empty = || [Aabb::EMPTY; 2];
     let fork = token.fork();
     let [corners, sums] = triangles
@@ -33,7 +34,7 @@ pub fn input_bounds(triangles: &[Triangle], token: &CancelToken) -> Result<Input
         .map(|batch| {
             fork.task(|token| {
                 token.check()?;
-                Ok(dispatch!(level, simd => bounds_of_batch(simd, batch)))
+                Ok(dispatch_plain!(level, simd => bounds_of_batch(simd, batch)))
             })
         })
         .try_reduce(empty, |a, b| Ok([a[0].union(&b[0]), a[1].union(&b[1])]))?;

@@ -126,7 +126,7 @@ fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch_plain;
 
     use super::*;
     use crate::kernel::SimdLevel;
@@ -151,7 +151,7 @@ mod tests {
             (0..2000).map(|i| Vec3::new(-3.3, 0.4, 1.9) + i as f32 * Vec3::new(0.0052, 0.0019, 0.0037)).collect();
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             for pair in points.chunks(2) {
-                let codes = dispatch!(level.plain_loop_level(), simd => {
+                let codes = dispatch_plain!(level.level(), simd => {
                     let lanes = |point: Vec3| f32x4::from_slice(simd, &[point.x, point.y, point.z, 123.0]);
                     grid.codes(simd, [lanes(pair[0]), lanes(pair[1])])
                 });

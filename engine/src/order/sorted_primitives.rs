@@ -7,15 +7,16 @@ use std::ops::Range;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::SimdLevel;
 use crate::kernel::lanes::LANES;
 use crate::kernel::par_collect::par_collect;
 use crate::kernel::prefetch::prefetch;
-use crate::kernel::simd::plain_loop_level;
+use crate::kernel::simd::dispatch_plain;
 use crate::order::curve::CurveGrid;
 use crate::order::input_bounds::InputBounds;
 use crate::order::morton::CODE_BITS;
@@ -62,7 +63,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
     let mut cached: Vec<C::CachedBounds> = bytemuck::zeroed_vec(triangles.len());
     let mut keys = vec![0; triangles.len()];
-    let level = plain_loop_level();
+    let level = SimdLevel::of_builds().level();
     let fork = token.fork();
     triangles
         .par_chunks(BATCH)
@@ -72,7 +73,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
         .try_for_each(|(batch, ((triangles, cached), keys))| {
             fork.task(|token| {
                 token.check()?;
-                dispatch!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
+                dispatch_plain!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
                 for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
                     *key = (*key >> code_shift) << index_bits | index as u64;
                 }

@@ -80,7 +80,7 @@ fn squared<S: Simd>(x: f32x8<S>, y: f32x8<S>, z: f32x8<S>) -> f32x8<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch_plain;
     use glam::Vec3;
 
     use super::*;
@@ -120,9 +120,9 @@ mod tests {
     #[test]
     fn they_hold_their_triangles_and_are_small_at_every_level() {
         for triangles in triangles().as_chunks::<LANES>().0 {
-            let expected = dispatch!(crate::kernel::simd::plain_loop_level(), simd => spheres_around(simd, triangles));
+            let expected = dispatch_plain!(SimdLevel::of_builds().level(), simd => spheres_around(simd, triangles));
             for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-                let found = dispatch!(level.plain_loop_level(), simd => spheres_around(simd, triangles));
+                let found = dispatch_plain!(level.level(), simd => spheres_around(simd, triangles));
                 assert_eq!(found, expected, "{}", level.name());
             }
             for (triangle, [x, y, z, radius]) in triangles.iter().zip(expected) {

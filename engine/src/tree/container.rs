@@ -63,7 +63,7 @@ impl ContainerKind {
         match self {
             Self::Aabb => "boxes",
             Self::Sphere => "spheres",
-            Self::Dop14 => "polytopes",
+            Self::Dop14 => "14-DOPs",
             Self::Oriented => "oriented boxes",
         }
     }

@@ -20,7 +20,7 @@ pub enum BoundsProblem {
     #[error("{0} as the place of a plane where a number from -4e18 to 4e18 is expected")]
     Diagonal(f32),
     /// A polytope is inside out along a diagonal.
-    #[error("a polytope inside out: its low {diagonal} is {low}, its high {diagonal} {high}")]
+    #[error("a 14-DOP inside out: its low {diagonal} is {low}, its high {diagonal} {high}")]
     DiagonalInsideOut {
         /// The diagonal, 0 to 3.
         diagonal: usize,

@@ -57,24 +57,32 @@ struct NodeRow(u32, Option<u32>, u32, Option<u32>, u32, u32, u32);
 
 /// Writes the nodes of `tree` as CSV with a line of names: `node`, `parent` (empty for the root), `depth`, `first_child` (empty
 /// for a leaf; children are neighbours), `children` (their number), `first_primitive` and `primitives` (the range of positions
-/// in leaf order at and below the node), then `min_x` to `max_z`, `center_x` to `radius`, `min_x` to `high_3`, or `min_x` to `high_2`.
+/// in leaf order at and below the node), then `min_x` to `max_z`, `center_x` to `radius`, `min_x` to `high_3`, or `min_x` to `high_2`,
+/// and `triangles` (the primitives of a leaf, separated by blanks; empty for an interior node).
 ///
 /// # Errors
 ///
 /// As [`write_tree`](super::write_tree).
 pub fn write_nodes_csv(tree: &AnyTree, writer: &mut (impl Write + ?Sized), token: &CancelToken) -> io::Result<()> {
-    let columns = [&COLUMNS, bounds_columns(tree.container_kind())].concat();
+    let columns = [&COLUMNS, bounds_columns(tree.container_kind()), &["triangles"][..]].concat();
     writeln!(writer, "{}", columns.join(","))?;
+    let indices = tree.primitive_indices();
+    let mut steps = Steps::silent(token);
     with_tree!(tree, tree => for_each_row(tree, token, |_, NodeRow(node, parent, depth, child, children, first, count), bounds| {
         let [parent, child] = [parent, child].map(|number| number.map_or_else(String::new, |number| number.to_string()));
         write!(writer, "{node},{parent},{depth},{child},{children},{first},{count}")?;
         bounds.iter().try_for_each(|number| write!(writer, ",{number:?}"))?;
-        writeln!(writer)
+        let of_leaf = if child.is_empty() { &indices[first as usize..][..count as usize] } else { &[] };
+        for (place, triangle) in of_leaf.iter().enumerate() {
+            steps.step().map_err(io::Error::other)?;
+            write!(writer, "{}{triangle}", if place == 0 { ',' } else { ' ' })?;
+        }
+        writeln!(writer, "{}", if of_leaf.is_empty() { "," } else { "" })
     }))
 }
 
-/// Writes the nodes of `tree` as a JSON object: the header's fields; `columns`, the names of [`write_nodes_csv`]; `nodes`, a
-/// list of rows with these values, null where CSV has nothing; and `indices`, the primitives in leaf order.
+/// Writes the nodes of `tree` as a JSON object: the header's fields; `columns`, the names of [`write_nodes_csv`] up to the bounds;
+/// `nodes`, a list of rows with these values, null where CSV has nothing; and `indices`, the primitives in leaf order.
 ///
 /// # Errors
 ///

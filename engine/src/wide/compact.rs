@@ -161,7 +161,7 @@ impl CompactBounds<Aabb> for CompactBoxes {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;

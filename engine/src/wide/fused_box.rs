@@ -97,7 +97,7 @@ impl<S: Simd> LaneTest<S, BoxLanes> for FusedBoxRay {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;

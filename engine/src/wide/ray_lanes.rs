@@ -283,7 +283,7 @@ pub(crate) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; RAY_LANES
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
+    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;

@@ -87,7 +87,11 @@ fn no_ties_make_a_list() {
     let random = trees::soup(COUNT, 0.01, 77);
     for (name, triangles) in ties(&random) {
         for container in ContainerKind::ALL {
-            for preset in Preset::ALL {
+            // Of the passes, other containers take the collapse alone, which makes no tree deeper.
+            let presets = Preset::ALL
+                .into_iter()
+                .filter(|preset| container == ContainerKind::Aabb || !matches!(preset, Preset::Best | Preset::Finest));
+            for preset in presets {
                 let settings = BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) };
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
                 assert!(tree.max_depth() <= limit, "{name}, {settings:?}: depth {} of {limit}", tree.max_depth());

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, SimdBase, SimdSplit, dispatch, f32x8};
+use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f32x8};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::simd::dispatch_plain;
 use crate::optimize::restructure::item::Item;
 use crate::optimize::restructure::split::{BINS, BinCounts, Grid, SplitPlane, cheapest_plane, count_in_bins, split};
 
@@ -28,17 +29,17 @@ pub fn split_large(
     depth: u32,
     token: &CancelToken,
 ) -> Result<(usize, [Item; 2]), Cancelled> {
-    let grid = dispatch!(level, simd => {
+    let grid = dispatch_plain!(level, simd => {
         let (min, neg_max) = root.bounds(simd).split();
         Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
     let chunks = items.par_chunks(CHUNK_ITEMS).map(|items| {
         token.check()?;
-        Ok(dispatch!(level, simd => count_chunk(simd, items, &grid)))
+        Ok(dispatch_plain!(level, simd => count_chunk(simd, items, &grid)))
     });
     let chunks: Vec<ChunkBins> = chunks.collect::<Result<_, _>>()?;
-    let Some((plane, sides)) = dispatch!(level, simd => cheapest_plane_of_chunks(simd, &chunks, &grid)) else {
-        return Ok(dispatch!(level, simd => split(simd, items, root, depth)));
+    let Some((plane, sides)) = dispatch_plain!(level, simd => cheapest_plane_of_chunks(simd, &chunks, &grid)) else {
+        return Ok(dispatch_plain!(level, simd => split(simd, items, root, depth)));
     };
     Ok((partition(&plane, items, token)?, sides))
 }

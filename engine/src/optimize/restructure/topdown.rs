@@ -3,13 +3,13 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Level, Simd, dispatch, f32x8};
+use fearless_simd::{Level, Simd, f32x8};
 
 use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, combine_short};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
 use crate::kernel::SimdLevel;
-use crate::kernel::simd::plain_loop_level;
+use crate::kernel::simd::{dispatch, dispatch_plain};
 use crate::optimize::restructure::item::{Item, NEW_NODE};
 use crate::optimize::restructure::split::{MAX_SPLIT_DEPTH, split};
 use crate::optimize::restructure::split_large::{MIN_LARGE, split_large};
@@ -24,10 +24,7 @@ const MAX_CLUSTERED: usize = 8;
 /// Parameters of a build.
 #[derive(Clone, Copy)]
 pub struct Builder<'a> {
-    /// SIMD level for binning, a plain loop.
     level: Level,
-    /// SIMD level for clustering.
-    cluster_level: Level,
     /// Whether several items may become one leaf.
     pub collapses: bool,
     pub token: &'a CancelToken,
@@ -46,9 +43,9 @@ struct BuildRange<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// A builder with the SIMD levels of this machine.
+    /// A builder with the SIMD level of builds.
     pub fn new(collapses: bool, token: &'a CancelToken) -> Self {
-        Self { level: plain_loop_level(), cluster_level: SimdLevel::of_builds().level(), collapses, token }
+        Self { level: SimdLevel::of_builds().level(), collapses, token }
     }
 
     /// Builds the tree over at least two `items`, which are reordered; `root` has their box. Writes everything below
@@ -71,13 +68,13 @@ impl<'a> Builder<'a> {
         let count = items.len();
         if count <= FORK_ABOVE {
             return Ok(
-                dispatch!(self.level, simd => self.build_sequential(simd, BuildRange { items, root, nodes, offset, depth })),
+                dispatch_plain!(self.level, simd => self.build_sequential(simd, BuildRange { items, root, nodes, offset, depth })),
             );
         }
         let (middle, mut pair) = if count >= MIN_LARGE && depth < MAX_SPLIT_DEPTH {
             split_large(self.level, items, &root, depth, self.token)?
         } else {
-            dispatch!(self.level, simd => split(simd, items, &root, depth))
+            dispatch_plain!(self.level, simd => split(simd, items, &root, depth))
         };
         let (left_items, right_items) = items.split_at_mut(middle);
         let (pair_nodes, descendants) = nodes.split_at_mut(2);
@@ -147,7 +144,7 @@ impl<'a> Builder<'a> {
         }
         clusters.len = items.len();
         let mut pairs = PairWriter::new(nodes, (NEW_NODE | offset) as usize);
-        dispatch!(self.cluster_level, simd => {
+        dispatch!(self.level, simd => {
             combine_short::<Aabb, _, f32x8<_>, 1, MAX_CLUSTERED>(simd, clusters, 0, 1, &mut pairs);
         });
     }

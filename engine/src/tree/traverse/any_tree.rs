@@ -1,12 +1,12 @@
 //! Traversal of a tree whose container is known only when it runs. Compiled once, here, whatever observes it and whichever crate
 //! traces.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 
 use super::walk::with_stack;
 use super::{IndexedTriangles, NoProbe, Observer, Probe, StackEntry, Traversal};
 use crate::geometry::{Hit, Ray, Triangle};
-use crate::kernel::simd::baseline;
+use crate::kernel::simd::{baseline, dispatch_plain};
 use crate::tree::node::AnyTree;
 use crate::with_tree;
 
@@ -70,10 +70,10 @@ impl AnyTree {
     ) -> Option<Hit> {
         match self {
             Self::Aabb(tree) => {
-                dispatch!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
+                dispatch_plain!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
             }
             Self::Sphere(tree) => {
-                dispatch!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
+                dispatch_plain!(level, simd => super::closest_hit_with(simd, tree, triangles, ray, traversal, stack, probe))
             }
             // The tests of polytopes and of oriented boxes take four lanes on every machine.
             Self::Dop14(tree) => super::closest_hit_with(baseline(), tree, triangles, ray, traversal, stack, probe),

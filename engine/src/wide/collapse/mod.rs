@@ -16,14 +16,15 @@ mod optimal;
 
 mod emit;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::SimdLevel;
 use crate::kernel::par_collect::zeros;
 use crate::kernel::prefetch::prefetch;
-use crate::kernel::simd::plain_loop_level;
+use crate::kernel::simd::dispatch_plain;
 use crate::tree::binarize::binarize;
 use crate::tree::{AnyTree, Tree};
 use crate::wide::bounds::{CompactBounds, WideContainer};
@@ -164,7 +165,7 @@ impl Sources<'_> {
         part: &mut [f32],
         token: &CancelToken,
     ) -> Result<(), Cancelled> {
-        dispatch!(plain_loop_level(), simd => self.write_with(simd, leaves, first, part, token))
+        dispatch_plain!(SimdLevel::of_builds().level(), simd => self.write_with(simd, leaves, first, part, token))
     }
 
     #[inline(always)]

@@ -5,11 +5,12 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, dispatch};
+use fearless_simd::{Simd, SimdBase};
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::simd::plain_loop_level;
+use crate::kernel::SimdLevel;
+use crate::kernel::simd::dispatch_plain;
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::collapse::boundary::{Boundary, LEAF, NodeCost};
@@ -33,13 +34,13 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
 ) -> Result<Decisions, Cancelled> {
     let chunk_count = (tree.nodes.len() / 2).div_ceil(CHUNK_PAIRS);
     let mut chunks = vec![Vec::new(); chunk_count];
-    let level = plain_loop_level();
+    let level = SimdLevel::of_builds().level();
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
     let groups = chunks.par_chunks_mut(group).enumerate();
     let fork = token.fork();
     let boundaries = groups.map_init(ChunkMemory::default, |scratch, (index, chunks)| {
         let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
-        fork.task(|token| dispatch!(level, simd => range.decide(simd, scratch, token)))
+        fork.task(|token| dispatch_plain!(level, simd => range.decide(simd, scratch, token)))
     });
     let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
     fork.join();
@@ -48,7 +49,7 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
         return Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) });
     }
     let mut whole = ChunkRange { tree, compact_area, first_chunk: 0, chunks: &mut chunks };
-    let boundary = dispatch!(level, simd => whole.join(simd, &boundaries, Some(0), token))?;
+    let boundary = dispatch_plain!(level, simd => whole.join(simd, &boundaries, Some(0), token))?;
     let [(0, root), ..] = boundary.roots[..] else { unreachable!("the root has no parent and the lowest index") };
     Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) })
 }

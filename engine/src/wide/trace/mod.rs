@@ -10,10 +10,10 @@ pub(crate) mod stack;
 pub(crate) mod stream;
 
 pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 
 use crate::geometry::{Hit, Ray};
-use crate::kernel::simd::baseline;
+use crate::kernel::simd::{baseline, dispatch};
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::AnyWideTree;

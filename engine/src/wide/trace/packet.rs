@@ -6,12 +6,13 @@
 //! Wald, Boulos, Shirley, *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007). The hits
 //! are those of single rays.
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16, u32x16};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
 use crate::geometry::{EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, Hit, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
+use crate::kernel::simd::dispatch;
 use crate::wide::block::TriangleBlock;
 use crate::wide::bounds::WideContainer;
 use crate::wide::child::Child;

@@ -12,12 +12,12 @@ fn each_node_is_a_row() {
     let mut text = Vec::new();
     write_nodes_csv(&file.tree, &mut text, &CancelToken::new()).unwrap();
     let expected = "\
-node,parent,depth,first_child,children,first_primitive,primitives,min_x,min_y,min_z,max_x,max_y,max_z
-0,,0,1,2,0,4,0.0,0.0,0.0,3.0,1.0,1.0
-1,0,1,3,2,0,2,0.0,0.0,0.0,1.0,1.0,1.0
-2,0,1,,0,2,2,2.0,0.0,0.0,3.0,1.0,1.0
-3,1,2,,0,0,1,0.0,0.0,0.0,0.0,1.0,1.0
-4,1,2,,0,1,1,1.0,0.0,0.0,1.0,1.0,1.0
+node,parent,depth,first_child,children,first_primitive,primitives,min_x,min_y,min_z,max_x,max_y,max_z,triangles
+0,,0,1,2,0,4,0.0,0.0,0.0,3.0,1.0,1.0,
+1,0,1,3,2,0,2,0.0,0.0,0.0,1.0,1.0,1.0,
+2,0,1,,0,2,2,2.0,0.0,0.0,3.0,1.0,1.0,2 3
+3,1,2,,0,0,1,0.0,0.0,0.0,0.0,1.0,1.0,0
+4,1,2,,0,1,1,1.0,0.0,0.0,1.0,1.0,1.0,1
 ";
     assert_eq!(String::from_utf8(text).unwrap(), expected);
 }
