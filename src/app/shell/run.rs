@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -12,7 +13,7 @@ use crate::app::shell::app::App;
 use crate::app::shell::options::StartOptions;
 use crate::app::shell::settings::{Startup, mark_clean_exit};
 use crate::app::shell::storage::APP_ID;
-use crate::app::shell::system::{DEFAULT_SIZE, MIN_SIZE, was_lost};
+use crate::app::shell::system::{DEFAULT_SIZE, MIN_SIZE, SystemFonts, was_lost};
 use crate::app::viewport::screenshot;
 use crate::console::note;
 use crate::scene::SceneSource;
@@ -71,7 +72,11 @@ pub fn run(mut options: StartOptions) -> Result<(), AppError> {
     let restart_arguments = restart_arguments(std::env::args_os().skip(1), !options.settings.none);
     let native = native_options(startup.window_file());
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        eframe::run_native(APP_ID, native, Box::new(move |context| Ok(Box::new(App::new(context, options)?))))
+        let create: eframe::AppCreator<'_> = Box::new(move |context| {
+            context.egui_ctx.add_font_provider(Arc::new(SystemFonts::new()));
+            Ok(Box::new(App::new(context, options)?))
+        });
+        eframe::run_native(APP_ID, native, create)
     }));
     screenshot::wait_for_all(SCREENSHOT_TIMEOUT);
     if was_lost(outcome.is_err()) {
@@ -166,12 +171,13 @@ fn native_options(window_file: Option<PathBuf>) -> eframe::NativeOptions {
         },
         wgpu_options: WgpuConfiguration {
             wgpu_setup: WgpuSetup::CreateNew(WgpuSetupCreateNew {
-                device_descriptor: std::sync::Arc::new(device_descriptor),
+                device_descriptor: Arc::new(device_descriptor),
                 ..WgpuSetupCreateNew::without_display_handle()
             }),
             ..WgpuConfiguration::default()
         },
         persistence_path: window_file,
+        // Ours reads them without a library of its own.
         system_font_fallback: false,
         ..eframe::NativeOptions::default()
     }

@@ -1,7 +1,10 @@
 //! The window's dealings with the system: errors and loss of the graphics device; a clipboard that cannot be reached, which is
-//! found out once at start because the window's library does not say so; its size at start; Ctrl-C and termination requests, which
+//! found out once at start because the window's library does not say so; fonts for names in any script; its size at start; Ctrl-C and termination requests, which
 //! close it as its button does, because some graphics drivers crash where a process exits while their threads draw.
 
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -138,6 +141,94 @@ fn fault() -> Option<String> {
     arboard::Clipboard::new().err().map(|error| error.to_string().trim_end_matches('.').to_owned())
 }
 
+/// The system's fonts, for characters that the program's own have no glyphs for, as in names of files. They are read when the first
+/// such character is shown.
+pub(crate) struct SystemFonts {
+    folders: Vec<PathBuf>,
+    /// Blocks of 256 characters for one of which no font was found: there is no second search.
+    missing: Mutex<BTreeSet<u32>>,
+}
+
+/// Size in bytes above which a font is not read: collections of all CJK styles have 20 million.
+const MAX_FONT_SIZE: u64 = 64 << 20;
+
+impl SystemFonts {
+    /// The fonts in the folders where systems keep them.
+    pub(crate) fn new() -> Self {
+        let mut folders: Vec<PathBuf> = Vec::new();
+        if cfg!(target_os = "macos") {
+            folders.extend(["/System/Library/Fonts", "/Library/Fonts"].map(PathBuf::from));
+        } else if cfg!(windows) {
+            let windows = std::env::var_os("WINDIR").unwrap_or_else(|| "C:\\Windows".into());
+            folders.push(PathBuf::from(windows).join("Fonts"));
+        } else {
+            folders.extend(["/usr/share/fonts", "/usr/local/share/fonts"].map(PathBuf::from));
+            folders.extend(std::env::home_dir().map(|home| home.join(".local/share/fonts")));
+        }
+        Self::in_folders(folders)
+    }
+
+    fn in_folders(folders: Vec<PathBuf>) -> Self {
+        Self { folders, missing: Mutex::default() }
+    }
+
+    /// All files of fonts. Those of other weights than the regular one come last: their names are longer as a rule.
+    fn files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        let mut folders = self.folders.clone();
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+                let path = entry.path();
+                // Links to folders could lead in circles.
+                if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                    folders.push(path);
+                } else if is_font(&path) {
+                    files.push(path);
+                }
+            }
+        }
+        files.sort_by_cached_key(|path| (path.file_name().map(std::ffi::OsStr::len), path.clone()));
+        files
+    }
+
+    /// The first font with a glyph for `character`, and its index in its file.
+    fn find(&self, character: char) -> Option<(Vec<u8>, u32)> {
+        self.files().into_iter().find_map(|path| {
+            fs::metadata(&path).ok().filter(|file| file.is_file() && file.len() <= MAX_FONT_SIZE)?;
+            let data = fs::read(&path).ok()?;
+            let has_glyph = |index: &u32| {
+                ttf_parser::Face::parse(&data, *index).is_ok_and(|face| face.glyph_index(character).is_some())
+            };
+            let index = (0..ttf_parser::fonts_in_collection(&data).unwrap_or(1)).find(has_glyph)?;
+            Some((data, index))
+        })
+    }
+}
+
+/// Whether a file is a font by its name.
+fn is_font(path: &Path) -> bool {
+    let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+    extension.is_some_and(|extension| ["ttf", "otf", "ttc", "otc"].iter().any(|known| extension == *known))
+}
+
+impl egui::FontProvider for SystemFonts {
+    fn font_for(&self, request: &egui::FallbackRequest<'_>) -> Option<egui::FontInsert> {
+        let character = request.cluster.chars().next()?;
+        let block = u32::from(character) >> 8;
+        let mut missing = self.missing.lock().unwrap_or_else(PoisonError::into_inner);
+        if missing.contains(&block) {
+            return None;
+        }
+        let Some((data, index)) = self.find(character) else {
+            missing.insert(block);
+            return None;
+        };
+        let family = egui::InsertFontFamily { family: request.family.clone(), priority: egui::FontPriority::Lowest };
+        let data = egui::FontData { index, ..egui::FontData::from_owned(data) };
+        Some(egui::FontInsert { name: format!("system font for {character}"), data, families: vec![family] })
+    }
+}
+
 /// Minimum width and height of the window in points.
 pub(crate) const MIN_SIZE: [f32; 2] = [640.0, 400.0];
 /// Width and height of the window at first start in points.
@@ -179,4 +270,33 @@ pub fn was_interrupted() -> bool {
 pub(crate) fn watch_interrupts(ctx: &egui::Context) {
     // A process opens only one window, so it is never set already.
     let _ = WINDOW.set(ctx.clone());
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_font_of_the_system_has_what_the_own_ones_lack() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("truetype/ubuntu");
+        fs::create_dir_all(&inner).unwrap();
+        // Shorter names come first.
+        fs::write(folder.path().join("a.ttf"), b"no font").unwrap();
+        fs::write(folder.path().join("b.txt"), b"no name of a font").unwrap();
+        let definitions = egui::FontDefinitions::default();
+        fs::write(inner.join("Ubuntu.TTF"), definitions.font_data["Ubuntu-Light"].bytes()).unwrap();
+        let fonts = SystemFonts::in_folders(vec![folder.path().to_path_buf(), folder.path().join("none")]);
+        let find = |cluster: &str| {
+            let family = egui::FontFamily::Proportional;
+            egui::FontProvider::font_for(&fonts, &egui::FallbackRequest { cluster, family: &family })
+        };
+        let found = find("\u{416}").expect("the font has Cyrillic letters");
+        assert_eq!(found.data.bytes(), definitions.font_data["Ubuntu-Light"].bytes());
+        assert_eq!(found.families.len(), 1);
+        assert!(find("\u{4e2d}").is_none(), "the font has no Chinese characters");
+        assert!(fonts.missing.lock().unwrap().contains(&0x4e), "searched once");
+        assert!(find("").is_none());
+    }
 }
