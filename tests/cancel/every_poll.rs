@@ -36,7 +36,7 @@ use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::{AnyTree, WideBvh, with_tree};
 
 /// Maximum number of polls at which a job is cancelled, spread evenly over all of them.
-const MAX_POLLS: u64 = 30;
+const MAX_POLLS: u64 = 12;
 
 /// Runs `work` to its end, then once for each poll of the token, cancelled there. `work` returns whether it was cancelled.
 fn at_every_poll(name: &str, work: impl Fn(&CancelToken) -> bool) {
@@ -299,10 +299,11 @@ fn deriving_from_a_tree_stops_at_every_poll() {
     for population in Population::ALL {
         let rays = ViewRays::new(population, camera, [40, 30], &RenderSettings::default());
         // The scene keeps the normals by crease angle, which are polled for once only.
-        let visits = KnownVisits(Arc::new(rays.measure(&accel, &CancelToken::new()).unwrap()));
+        let measured = rays.measure(&accel, &CancelToken::new()).unwrap();
+        let visits = KnownVisits(measured.visits);
         at_every_poll(population.name(), |token| pool.install(|| rays.measure(&accel, token)).is_err());
         at_every_poll("the scatter of visits", |token| {
-            pool.install(|| VisitScatter::new(&accel, population, &visits, token)).is_err()
+            pool.install(|| VisitScatter::new(&accel, measured.sums.clone(), &visits, token)).is_err()
         });
     }
     let settings = BuildSettings { optimize: Passes::NONE.with(Pass::Split), ..BuildSettings::default() };
@@ -367,7 +368,7 @@ fn measuring_stops_at_every_poll() {
         repeat: 2,
         populations: bvhscope::lab::population::Populations::ALL,
     };
-    let subject = Subject { model: "terrain".to_owned(), scene, trees: Vec::new() };
+    let subject = Subject { model: "terrain".to_owned(), scene, trees: Vec::new(), load: LoadOptions::default() };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
     at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
         Ok(()) => false,
