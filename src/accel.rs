@@ -347,12 +347,12 @@ impl Accel {
         if self.whole_builds().is_some() { &[] } else { &self.report.stages.reused }
     }
 
-    /// Counts of a ray that enters the root in the measuring view; `None` until they were counted, and where no ray does.
+    /// Counts of a ray that enters the scene's box in the measuring view; `None` until they were counted, and where no ray does.
     pub fn entering(&self) -> Option<EnteringReading> {
         self.entering.get().copied().flatten()
     }
 
-    /// Keeps the counts of a ray that enters the root, `None` where no ray does. The first ones are kept.
+    /// Keeps the counts of a ray that enters the scene's box, `None` where no ray does. The first ones are kept.
     pub fn keep_entering(&self, counts: Option<EnteringReading>) {
         self.entering.get_or_init(|| counts);
     }

@@ -152,6 +152,23 @@ pub fn counted(count: u64, plural: &str) -> String {
     if count == 1 { format!("1 {}{rest}", singular(noun)) } else { format!("{count} {plural}") }
 }
 
+/// The change from `before` to `after` as a factor, where percentages would be hard to read, from threefold and from a third on: `× 224`,
+/// `÷ 3.5`. `None` of smaller changes, and where either is not positive or not finite.
+///
+/// ```
+/// use bvhscope::text::factor;
+///
+/// assert_eq!(factor(2.0, 448.0).as_deref(), Some("× 224"));
+/// assert_eq!(factor(7.0, 2.0).as_deref(), Some("÷ 3.5"));
+/// assert_eq!((factor(2.0, 5.9), factor(0.0, 9.0)), (None, None));
+/// ```
+pub fn factor(before: f64, after: f64) -> Option<String> {
+    let is_usable = |value: f64| value > 0.0 && value.is_finite();
+    let (sign, factor) = if after < before { ('÷', before / after) } else { ('×', after / before) };
+    let digits = if factor >= 9.95 { count(factor.round() as u64) } else { format!("{factor:.1}") };
+    (is_usable(before) && is_usable(after) && factor >= 3.0).then(|| format!("{sign} {digits}"))
+}
+
 /// The singular of a noun as it occurs in messages; other words are kept.
 fn singular(noun: &str) -> Cow<'_, str> {
     const IRREGULAR: [(&str, &str); 3] = [("vertices", "vertex"), ("indices", "index"), ("matrices", "matrix")];

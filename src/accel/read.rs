@@ -76,7 +76,7 @@ impl Accel {
             ..self.report.clone()
         };
         let mut accel = Self::new(&self.scene, &settings, tree, report, NodeRecycler::default());
-        accel.file = self.file.clone();
+        accel.file.clone_from(&self.file);
         Ok(accel)
     }
 

@@ -15,6 +15,7 @@ impl Accel {
             container: self.tree.container_kind(),
             report: &self.report,
             build,
+            is_update: self.is_followed(),
             stages_ms: stages.map(|&(name, time)| (name.to_owned(), time.as_secs_f64() * 1e3)).collect(),
             ready_ms: build.zip(wide).map(|(build, wide)| build.ms + wide.collapse_ms),
             epo: self.known_epo(),

@@ -7,6 +7,7 @@ use serde_json::Value;
 use crate::catalog::metrics::{Form, Metric};
 use crate::catalog::numbers::{Digits, Number};
 pub use crate::text::count;
+use crate::text::factor;
 
 /// A count with its noun, in the plural unless it is 1: `1 triangle`, `69,451 triangles`.
 pub fn counted(value: u64, noun: &str) -> String {
@@ -118,11 +119,14 @@ pub fn percent(fraction: f64) -> String {
     format!("{} %", significant(fraction * 100.0))
 }
 
-/// The relative change from `before` to `after` as a signed percentage: `−12 %`, `+0.3 %`. Empty where `before` is 0 or either is
-/// not finite.
+/// The relative change from `before` to `after` as a signed percentage, or as a factor from threefold on: `−12 %`, `+0.3 %`, `× 224`. Empty
+/// where `before` is 0 or either is not finite.
 pub fn change(before: f64, after: f64) -> String {
     if before == 0.0 || !before.is_finite() || !after.is_finite() {
         return String::new();
+    }
+    if let Some(factor) = factor(before, after) {
+        return factor;
     }
     let percent = (after - before) / before.abs() * 100.0;
     let sign = if percent < 0.0 { '−' } else { '+' };
@@ -191,6 +195,7 @@ mod tests {
     fn changes_are_signed() {
         assert_eq!(change(36.1, 34.6), "−4.2 %");
         assert_eq!(change(2.0, 3.0), "+50 %");
+        assert_eq!([change(1.0, 223.7), change(0.5, 1.5), change(448.0, 2.0)], ["× 224", "× 3.0", "÷ 224"]);
         assert_eq!(change(0.0, 3.0), "");
         assert_eq!(percent(0.123), "12.3 %");
     }

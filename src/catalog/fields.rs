@@ -42,7 +42,7 @@ pub const CONDITIONS: [Field; 17] = [
     ("target", "The point at the centre of the picture"),
     ("up", "The up direction of the picture"),
     ("fov", "Vertical field of view in degrees"),
-    ("simd", "Instructions of builds and rays: sse2, sse4, avx2, avx512 or neon"),
+    ("simd", "Instructions of builds and rays: sse2, avx2, avx512 or neon"),
     ("version", "Version of the program"),
     (
         "commit",
@@ -53,15 +53,33 @@ pub const CONDITIONS: [Field; 17] = [
     ("command_line", "The command that makes the row again, with the same counts"),
     (
         "populations",
-        "Of `--rays`, for each population: its name, number of rays, root_hits (rays that enter the root), visits and \
-         predicted_visits of all nodes, and cost of a ray that enters the root, in which a visited interior node counts 1 and a \
-         tested triangle 1, and tests_per_entering_ray, in which each container tested counts 1, too; of `info` also node_visits, the visits of each node in the order of `tree -o FILE.csv`",
+        "Of `--rays`, for each population: its name, number of rays, entering_rays (those that enter the scene's box, the \
+         axis-aligned one around all triangles), root_hits (those that enter the root of the tree), visits and predicted_visits of \
+         all nodes, cost of a ray that enters the root, in which a visited interior node counts 1 and a tested triangle 1, and \
+         tests_per_ray and tests_per_entering_ray, of all rays and of entering_rays, in which each container tested counts 1, too; of `info` also node_visits, the visits of each node in the order of `tree -o FILE.csv`; in CSV each number is a column, such as `ao_cost`",
     ),
     ("warnings", "Warnings of loading the model"),
 ];
 
 /// Fields that single commands add in JSON.
-const OWN: [(&str, &[Field]); 5] = [
+const OWN: [(&str, &[Field]); 6] = [
+    (
+        "Of `--rays`, in lines of JSON below the rows",
+        &[
+            (
+                "population",
+                "The rays: there is a line for each `model`, `container` and kind of rays of which three trees or more were measured",
+            ),
+            ("trees", "Number of trees"),
+            (
+                "sah_cost_r",
+                "Correlation (Pearson) of SAH cost and cost of a ray over the trees: 1 is a perfect prediction, 0 none",
+            ),
+            ("epo_r", "That of EPO and cost of a ray"),
+            ("alpha", "The α from 0 to 1 of which (1−α)·SAH+α·EPO predicts the cost best"),
+            ("alpha_r", "Correlation of that sum and the cost, fitted to the same trees that it is judged by"),
+        ],
+    ),
     (
         "Of `info`",
         &[

@@ -45,6 +45,8 @@ pub struct TreeReading<'a> {
     pub report: &'a BuildReport,
     /// Time of building the binary tree; `None` where the file of the tree does not state it.
     pub build: Option<Times>,
+    /// The tree follows a model that moves: `build` is the time of changing the tree of the moment before.
+    pub is_update: bool,
     /// Time of each build stage in milliseconds.
     pub stages_ms: BTreeMap<String, f64>,
     /// Time until rays can be traced at full speed, in milliseconds.
@@ -57,11 +59,11 @@ pub struct TreeReading<'a> {
     pub wide: Option<WideReading>,
     /// The traced rays.
     pub trace: Option<TraceReading>,
-    /// Counts of a primary ray that enters the root.
+    /// Counts of a primary ray that enters the scene's box.
     pub entering: Option<EnteringReading>,
 }
 
-/// Averages over the primary rays of a view that enter the root.
+/// Averages over the primary rays of a view that enter the scene's box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnteringReading {
     /// Container and triangle tests in the binary tree.

@@ -117,7 +117,7 @@ pub const SAH_COST: Term = Term {
 /// Tests per ray.
 pub const TESTS_PER_RAY: Term = Term {
     name: "Tests per ray",
-    text: "How many containers and triangles a primary ray is tested against, on average over the picture. It depends on the view.",
+    text: "How many containers and triangles a ray is tested against that enters the box around the scene. Always counted at 1024×1024 pixels from the camera that frames the model, so that numbers of different windows, trees and containers compare.",
     source: "",
 };
 /// Mray/s.
@@ -201,7 +201,7 @@ pub const LBVH: Term = Term {
 /// Binned SAH.
 pub const BINNED_SAH: Term = Term {
     name: "Binned SAH",
-    text: "Splits from the top where the SAH cost is lowest, tried at a few planes on each axis. Boxes only.",
+    text: "Splits from the top where the SAH cost is lowest, tried at a few planes on each axis. Makes trees of boxes and of 14-DOPs.",
     source: "Wald 2007",
 };
 /// Exact agglomerative.

@@ -78,6 +78,15 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
+/// The command that the arguments name, whose usage is shown with errors; the program itself where they name none.
+fn given_command() -> clap::Command {
+    let mut program = Cli::command();
+    // Only then do commands know the name of the program.
+    program.build();
+    let named = std::env::args_os().nth(1).and_then(|first| program.find_subcommand(first).cloned());
+    named.unwrap_or(program)
+}
+
 /// The error message for a first argument that resembles a command.
 fn suggest(first: &OsStr) -> Option<String> {
     let program = Cli::command();
@@ -92,7 +101,7 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> u8 {
             3
         }
         Ok(_) => 0,
-        Err(Failure::Usage(text)) => usage::print(usage::error(Cli::command(), ErrorKind::ValueValidation, &text)),
+        Err(Failure::Usage(text)) => usage::print(usage::error(given_command(), ErrorKind::ValueValidation, &text)),
         Err(failure @ Failure::Interrupted) => {
             note(format_args!("bvhscope: {failure}"));
             signals::INTERRUPTED

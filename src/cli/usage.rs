@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal as _, Write as _};
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::console::{self, Output, note};
 use crate::text::printable;
@@ -11,6 +11,7 @@ use crate::text::printable;
 pub fn print(mut error: clap::Error) -> u8 {
     escape(&mut error);
     drop_tip_about_values(&mut error);
+    explain_absence(&mut error);
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
     if error.use_stderr() {
         // Only on a terminal it has colours, and no reader that may be slow.
@@ -36,6 +37,26 @@ pub fn print(mut error: clap::Error) -> u8 {
 /// An error with a message of our own, as clap shows it.
 pub fn error(mut command: clap::Command, kind: clap::error::ErrorKind, text: &str) -> clap::Error {
     command.error(kind, console::printable_lines(text))
+}
+
+/// Flags of the settings of a tree that commands lack, because they measure all values, and the tip in place of each.
+const ABSENT: [(&str, &[&str], &str); 2] = [
+    ("compare", &["--builder", "--preset"], "compare measures all builders and presets; bench measures one"),
+    (
+        "sweep",
+        &["--builder", "--preset"],
+        "sweep measures AAC with the thresholds of --threshold; compare measures all builders",
+    ),
+];
+
+/// Adds a tip about a flag that other commands have.
+fn explain_absence(error: &mut clap::Error) {
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else { return };
+    let command = std::env::args_os().nth(1).unwrap_or_default();
+    let known = ABSENT.iter().find(|(name, flags, _)| command == *name && flags.contains(&flag.as_str()));
+    if let Some((.., tip)) = known.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![(*tip).into()]));
+    }
 }
 
 /// Drops the tip to pass an unknown flag as a value behind `--`: no value here begins with a dash.

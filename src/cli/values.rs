@@ -73,10 +73,12 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
 pub fn numbers(number: &Number, text: &str) -> Result<Numbers, String> {
     let is_whole = number.decimals == 0;
     if let Some((first, last)) = text.split_once("..").filter(|_| is_whole) {
-        let (first, last) = (number.parse(first)?, number.parse(last.strip_prefix('=').unwrap_or(last))?);
-        if first > last {
-            return Err("the range is empty: write it as SMALLEST..LARGEST".to_owned());
+        let last = last.strip_prefix('=').unwrap_or(last);
+        let [from, to] = [first, last].map(|end| end.parse::<u32>().ok());
+        if from.is_some() && to.is_some() && from > to {
+            return Err("the range is reversed: write it as SMALLEST..LARGEST".to_owned());
         }
+        let (first, last) = (number.parse(first)?, number.parse(last)?);
         return Ok(Numbers((first as u32..=last as u32).map(|value| value as f32).collect()));
     }
     let mut values = text.split(',').map(|text| number.parse(text)).collect::<Result<Vec<_>, _>>()?;
@@ -252,6 +254,7 @@ mod tests {
         assert_eq!(thresholds("2..5").unwrap(), [2.0, 3.0, 4.0, 5.0]);
         assert_eq!(thresholds("4..4").unwrap(), [4.0]);
         assert_eq!(thresholds("8,2,8").unwrap(), [2.0, 8.0]);
+        assert!(thresholds("2..1").unwrap_err().contains("reversed"), "though 1 is none of its values");
         for bad in ["", "1", "65", "5..=2", "2..", "a..b", "2..=1e9"] {
             assert!(thresholds(bad).is_err(), "{bad}");
         }

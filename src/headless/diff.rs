@@ -26,7 +26,7 @@ use crate::lab::{Contender, Measurement, Setup, Subject};
 use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
-use crate::text::shown_path;
+use crate::text::{count, shown_path};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Passes};
 
@@ -106,7 +106,8 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let view = command.trace.view(&scene, Populations::NONE)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
     let warned = has_faults || !scene.warnings.is_empty();
-    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new() };
+    let load = context.load.clone();
+    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new(), load };
     let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
     let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
     drop(progress);
@@ -231,13 +232,13 @@ fn text(found: &TreeDifference) -> String {
     let [nodes, interior] = shares(found).map(|share| number(share * 100.0));
     let [fewer, same, more] = found.map.pixels;
     let all = (fewer + same + more).max(1) as f64;
-    let percent = |count: u64| number(count as f64 / all * 100.0);
+    let percent = |pixels: u64| number(pixels as f64 / all * 100.0);
     format!(
         "{}Nodes of A that B has too, with the same triangles below: {} of {} ({nodes} %); of the interior nodes {interior} %.\n\
          Pixels: B takes fewer tests in {} %, as many in {} %, more in {} %.\n",
         difference_table(&found.rows),
-        found.survival.nodes,
-        found.rows[0].values.count(NODES),
+        count(found.survival.nodes as u64),
+        count(found.rows[0].values.count(NODES)),
         percent(fewer),
         percent(same),
         percent(more),

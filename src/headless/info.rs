@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
-use super::picture::check_written;
+use super::picture::{check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
@@ -17,11 +17,11 @@ use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::Conditions;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
-use crate::lab::population::{MeasuredRays, Populations, ViewRays};
+use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays};
 use crate::lab::report_table::number;
 use crate::render::RenderSettings;
 use crate::scene::{Clip, SceneSource};
-use crate::text::{count, counted};
+use crate::text::{count, counted, quoted};
 use crate::view::CameraChoice;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree_file::write_corners;
@@ -127,6 +127,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
             write_corners(&scene.triangles, writer, &context.token).map_err(|error| cannot_be_written(&error))
         });
         check_written(written, &context.token)?;
+        note_written(path, &format!("{}, nine f32 each", counted(scene.triangles.len() as u64, "triangles")));
     }
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
@@ -140,9 +141,8 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         findings.extend(diagnose_tree(&accel, epo));
         let visits_of = |population| {
             let rays = ViewRays::new(population, camera, VIEW_PX, &RenderSettings::default());
-            let visits = rays.measure(&accel, token)?;
-            let sums = MeasuredRays::new(population, &accel, &visits, token)?;
-            Ok(VisitNumbers { sums, node_visits: visits.counts })
+            let MeasuredVisits { visits, sums } = rays.measure(&accel, token)?;
+            Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
         };
         let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
         Ok::<_, Failure>((accel, findings, populations))
@@ -218,7 +218,7 @@ fn print_settings(tree: &TreeNumbers, reading: &TreeReading<'_>, out: &mut dyn s
     }
     let stages: Vec<String> = reading.stages_ms.iter().map(|(name, ms)| format!("{name} {}", number(*ms))).collect();
     let ms = number(build_ms.unwrap_or_default());
-    line(out, "build", format!("{ms} ms with {} threads ({})", tree.threads, stages.join(", ")))
+    line(out, "build", format!("{ms} ms with {} ({})", counted(tree.threads as u64, "threads"), stages.join(", ")))
 }
 
 /// The passes `names`, in order, with the SAH cost after each. Passes that run before the builder have no cost of their own.
@@ -245,8 +245,8 @@ fn print_text(
     let vector = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}");
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
     writeln!(out, "{}", info.model)?;
-    line(out, "triangles", info.triangles.to_string())?;
-    line(out, "meshes", info.meshes.to_string())?;
+    line(out, "triangles", count(info.triangles as u64))?;
+    line(out, "meshes", count(info.meshes as u64))?;
     line(out, "materials", format!("{}, textures {}", info.materials, info.textures))?;
     let attributes: Vec<&str> =
         [("normals", info.has_normals), ("texture coordinates", info.has_uvs), ("colours", info.has_colors)]
@@ -265,8 +265,8 @@ fn print_text(
     }
     if !info.clips.is_empty() {
         let named = |(index, clip): (usize, &Clip)| {
-            let name = format!("{index} {}", clip.name);
-            format!("{} {} to {} s", name.trim_end(), number(clip.start.into()), number(clip.end.into()))
+            let name = if clip.name.is_empty() { String::new() } else { format!(" {}", quoted(&clip.name)) };
+            format!("{index}{name} ({} to {} s)", number(clip.start.into()), number(clip.end.into()))
         };
         let mut clips: Vec<String> = info.clips.iter().enumerate().map(named).take(MAX_CLIPS).collect();
         if info.clips.len() > MAX_CLIPS {
@@ -299,13 +299,15 @@ fn print_text(
         writeln!(out, "rays")?;
     }
     for VisitNumbers { sums, .. } in &info.populations {
-        let [rays, entering] = [sums.rays, sums.root_hits].map(|rays| count(u64::from(rays)));
+        let [rays, hits, entering] =
+            [sums.rays, sums.root_hits, sums.entering_rays.unwrap_or(0)].map(|rays| count(u64::from(rays)));
         let ray = |visits: f64| number(if sums.root_hits > 0 { visits / f64::from(sums.root_hits) } else { 0.0 });
         let [visits, predicted] = [ray(sums.visits as f64), ray(sums.predicted_visits)];
         let text = format!(
-            "{entering} of {rays} enter the root: {} tests each; {visits} visits, {predicted} predicted; cost {}",
-            sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), number),
-            number(sums.cost)
+            "{hits} of {rays} enter the root: {visits} visits each, {predicted} predicted, cost {}; {entering} the scene's box: {} \
+             tests each",
+            number(sums.cost),
+            sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), number)
         );
         line(out, sums.population.name(), text)?;
     }

@@ -69,6 +69,10 @@ pub(super) fn of_containers(settings: &OverlaySettings, table: &NodeTable, shown
         let title = format!("Depth of the containers; the tree reaches {}", table.max_depth());
         return Key { title, colors: Colors::Named((first..=last).map(color).collect()) };
     }
+    if settings.color_by == ColorBy::Planes {
+        let kinds = legend.stops.into_iter().map(|(at, kind)| (overlay::ramp(at), kind));
+        return Key { title: legend.title.to_owned(), colors: Colors::Named(kinds.collect()) };
+    }
     let colors = (0..COLORS).map(|step| legend.color(step as f32 / (COLORS - 1) as f32)).collect();
     Key { title: legend.title.to_owned(), colors: Colors::Bar(colors, legend.stops) }
 }

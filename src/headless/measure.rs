@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::picture::note_written;
 use super::progress::Progress;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
@@ -12,11 +15,12 @@ use crate::export::{Protected, check_target, write_bytes, write_file};
 use crate::lab::motion::AnimatePlan;
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
+use crate::lab::prediction::Correlation;
 use crate::lab::report_table::{summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Moment, Scene, SceneSource};
-use crate::text::printable;
+use crate::text::{counted, printable};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
@@ -144,13 +148,20 @@ fn write_files(output: &Output, rows: &[Measurement], ended_early: bool, read: &
     let mut written = Ok(());
     if let Some(path) = output.csv.as_ref().filter(|_| !(ended_early && rows.is_empty())) {
         written = write_file(path, &protected, |writer| write_csv(rows, writer)).map_err(Failure::from);
+        if written.is_ok() {
+            note_written(path, &counted(rows.len() as u64, "rows"));
+        }
         protected.add_read([path]);
     }
     if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
         let format = PlotFormat::of(path).map_err(Failure::Usage)?;
         // Also drawn of an interrupted measurement, whose token is cancelled.
         let picture = draw(&Figure::of_rows(rows).map_err(Failure::Failed)?, format, &CancelToken::new())?;
-        written = written.and(write_bytes(path, &protected, &picture).map_err(Failure::from));
+        let drawn = write_bytes(path, &protected, &picture).map_err(Failure::from);
+        if drawn.is_ok() {
+            note_written(path, &format!("plot of {}", counted(rows.len() as u64, "rows")));
+        }
+        written = written.and(drawn);
     }
     written
 }
@@ -208,7 +219,7 @@ impl Run<'_> {
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
         let view = command.trace.view(&scene, command.populations).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
-        let subject = Subject { model: source.to_string(), scene, trees };
+        let subject = Subject { model: source.to_string(), scene, trees, load: context.load.clone() };
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv.is_some() || command.output.plot.is_some();
@@ -277,15 +288,20 @@ pub(super) fn of_job(error: LabError, source: &SceneSource) -> Failure {
     }
 }
 
-/// Prints a row as one JSON line, as far as its reader takes it now.
-fn print_json(row: &Measurement, out: &mut (dyn std::io::Write + Send)) -> std::io::Result<()> {
+/// Prints a row, or a correlation over rows, as one JSON line, as far as its reader takes it now.
+fn print_json(row: &impl Serialize, out: &mut (dyn std::io::Write + Send)) -> std::io::Result<()> {
     let text = serde_json::to_string(row)?;
     writeln!(out, "{}", printable_json(&text))?;
     out.flush()
 }
 
 fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Context<'_>) -> std::io::Result<()> {
-    if command.output.json || rows.is_empty() {
+    if command.output.json {
+        // The frames of a clip are no trees of one scene.
+        let correlations = if matches!(command.job, Job::Animate { .. }) { Vec::new() } else { Correlation::all(rows) };
+        return correlations.iter().try_for_each(|found| print_json(found, context.out));
+    }
+    if rows.is_empty() {
         return Ok(());
     }
     for (index, table) in tables(command.job.command(), rows).iter().enumerate() {

@@ -3,11 +3,14 @@
 use std::sync::Arc;
 
 use super::context::{Failure, in_pool};
-use crate::scene::{Moment, Scene};
+use crate::scene::{Clip, Moment, Scene};
+use crate::text::quoted;
 use bvhscope_engine::cancel::CancelToken;
 
 /// Most frames of a film.
 const MAX_FRAMES: f32 = 10_000.0;
+/// How far in seconds a time may lie outside of a clip, whose ends are listed rounded to milliseconds.
+const ROUNDED: f32 = 0.0006;
 
 /// Times of a clip in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +40,25 @@ impl Times {
         if is_sound { Ok(Self::Range([from, to], step)) } else { Err(expected()) }
     }
 
+    /// The flag that gives them.
+    const fn flag(self) -> &'static str {
+        match self {
+            Self::At(_) => "--time",
+            Self::Range(..) => "--frames",
+        }
+    }
+
+    /// The error message for times outside of `clip`.
+    fn beyond(self, clip: &Clip) -> Option<String> {
+        let (given, [first, last]) = match self {
+            Self::At(seconds) => (seconds.to_string(), [seconds; 2]),
+            Self::Range([from, to], _) => (format!("{from}..{to}"), [from, to]),
+        };
+        let Clip { name, start, end } = clip;
+        (first < start - ROUNDED || last > end + ROUNDED)
+            .then(|| format!("{} {given}: clip {} lasts from {start:.3} to {end:.3} s", self.flag(), quoted(name)))
+    }
+
     /// The times, in order, of a model whose frames are so many seconds apart.
     fn seconds(self, frame_seconds: f32) -> Vec<f32> {
         match self {
@@ -45,7 +67,7 @@ impl Times {
                 let step = step.unwrap_or(frame_seconds).max((to - from) / MAX_FRAMES);
                 // Rounding should not lose the last.
                 let count = ((to - from) / step + 1e-3).floor() as u32;
-                (0..=count).map(|frame| from + step * frame as f32).collect()
+                (0..=count).map(|frame| (from + step * frame as f32).min(to)).collect()
             }
         }
     }
@@ -88,7 +110,7 @@ impl MomentChoice {
         if *self == Self::default() {
             return Ok(Vec::new());
         }
-        let flag = if self.times.is_some() { "--time" } else { "--clip" };
+        let flag = self.times.map_or("--clip", Times::flag);
         let Some(motion) = &scene.motion else {
             return Err(Failure::Failed(format!(
                 "{}: the model has no clips of animation, so that it does not move: leave {flag} out",
@@ -96,6 +118,9 @@ impl MomentChoice {
             )));
         };
         let clip = motion.choose(self.clip.as_deref()).map_err(Failure::Failed)?;
+        if let Some(text) = self.times.and_then(|times| times.beyond(&motion.clips[clip])) {
+            return Err(Failure::Usage(text));
+        }
         let at = |times: Times| times.seconds(motion.frame_seconds());
         let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], at);
         Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())

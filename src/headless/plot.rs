@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::context::{Context, Failure, Finished};
+use super::picture::note_written;
 use crate::console::{open_input, standard_input};
 use crate::export::{Protected, check_target, write_bytes};
 use crate::lab::Measurement;
 use crate::lab::plot::{Figure, PlotFormat, draw};
-use crate::text::{quoted, shown_path};
+use crate::text::{counted, quoted, shown_path};
 
 /// Maximum length of a line in bytes; a row has about a thousand.
 const MAX_LINE: u64 = 1 << 20;
@@ -54,6 +55,7 @@ pub fn run(command: &PlotCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     let picture = draw(&Figure::of_rows(&rows).map_err(Failure::Failed)?, format, token)?;
     write_bytes(&command.output, &read, &picture)?;
+    note_written(&command.output, &format!("plot of {}", counted(rows.len() as u64, "rows")));
     Ok(Finished::default())
 }
 
@@ -72,19 +74,22 @@ fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Resul
             return Err(at("this line is too long to be a row"));
         }
         if !line.trim().is_empty() {
-            rows.push(row(&line).map_err(|reason| at(&reason))?);
+            rows.extend(row(&line).map_err(|reason| at(&reason))?);
         }
     }
     Ok(())
 }
 
-/// The row in `line`. Refuses numbers that nothing could have been measured as.
-fn row(line: &str) -> Result<Measurement, String> {
+/// The row in `line`; `None` for a correlation over several rows, which follows these. Refuses numbers that nothing could have been measured as.
+fn row(line: &str) -> Result<Option<Measurement>, String> {
     let not_a_row = |error| format!("not a row of {PLOTTED}: {error}");
     let fields: Value = serde_json::from_str(line).map_err(not_a_row)?;
     let command = fields.get("command").and_then(Value::as_str);
     if let Some(command) = command.filter(|command| ["diff", "info", "render"].contains(command)) {
         return Err(format!("a row of {command}, of which there is no plot: plots show {PLOTTED}"));
+    }
+    if fields.get("alpha_r").is_some() {
+        return Ok(None);
     }
     if let Some((name, number)) = fields.as_object().into_iter().flatten().find_map(|(name, value)| {
         let number = number_beyond(value)?;
@@ -92,7 +97,7 @@ fn row(line: &str) -> Result<Measurement, String> {
     }) {
         return Err(format!("{} is {number:e}, beyond 1e-30 to 1e30", quoted(name)));
     }
-    serde_json::from_value(fields).map_err(not_a_row)
+    serde_json::from_value(fields).map(Some).map_err(not_a_row)
 }
 
 /// A number in `value` that is out of range.

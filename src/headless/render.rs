@@ -278,13 +278,14 @@ fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
         // A film, see `check_outputs`.
         return Ok(());
     }
-    for (path, extensions) in [(&command.output, &["png", "svg", "exr"][..]), (&command.depth_image, &["exr"])] {
+    for (path, extensions, expected) in
+        [(&command.output, &["png", "svg", "exr"][..], ".png, .svg or .exr"), (&command.depth_image, &["exr"], ".exr")]
+    {
         let Some(path) = path else { continue };
         if !extensions.iter().any(|extension| ends_in(path, extension)) {
             return Err(Failure::Usage(format!(
-                "{}: the file must end in .{}: no other format is written here",
-                shown_path(path),
-                extensions.join(" or .")
+                "{}: the file must end in {expected}: no other format is written here",
+                shown_path(path)
             )));
         }
     }

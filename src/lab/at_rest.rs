@@ -68,13 +68,13 @@ fn repeat_build(accel: &Arc<Accel>, token: &CancelToken) -> Result<Option<WholeB
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::lab::population::{MeasuredRays, Population, ViewRays};
+    use crate::lab::population::{Population, ViewRays};
     use crate::lab::sample::teapot;
     use bvhscope_engine::settings::BuildSettings;
     use bvhscope_engine::tree::ContainerKind;
 
     #[test]
-    fn builds_are_repeated_and_rays_that_miss_the_root_do_not_count() {
+    fn builds_are_repeated_and_rays_that_miss_the_scenes_box_do_not_count() {
         let scene = teapot();
         for container in ContainerKind::ALL {
             let build = BuildSettings { container, ..BuildSettings::default() };
@@ -93,11 +93,11 @@ mod tests {
             // The visits of the same view by another count.
             let settings = RenderSettings::default();
             let rays = ViewRays::new(Population::Primary, measuring_camera(&scene), [256; 2], &settings);
-            let visits = rays.measure(&accel, &token).unwrap();
-            let measured = MeasuredRays::new(Population::Primary, &accel, &visits, &token).unwrap();
+            let measured = rays.measure(&accel, &token).unwrap().sums;
             let request = RenderRequest::new(&accel, measuring_camera(&scene), settings, [256; 2]);
             let counted = count_tests(&request, &token).unwrap();
-            assert_eq!((counted.rays, counted.entering), (measured.rays.into(), measured.root_hits.into()));
+            let entering = measured.entering_rays.unwrap();
+            assert_eq!((counted.rays, counted.entering), (measured.rays.into(), entering.into()));
             let by_tests = counted.of_entering_ray().map(|counts| f64::from(counts.tests));
             let by_visits = measured.tests_per_entering_ray;
             assert!((by_visits.unwrap() / by_tests.unwrap() - 1.0).abs() < 1e-6, "{by_visits:?} {by_tests:?}");

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::conditions::Conditions;
 use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::measurement::{Measurement, millis, pool};
 use super::population::Populations;
@@ -57,12 +58,13 @@ fn every_triangle(
         ..BuildSettings::preset(bvhscope_engine::settings::Preset::Fast, ContainerKind::Aabb)
     };
     // All fields that do not depend on the rays come from measuring a picture of one pixel.
-    let single = TraceView { size: [1, 1], repeat: 1, populations: Populations::NONE, ..*view };
+    let view = &TraceView { repeat: 1, populations: Populations::NONE, ..*view };
+    let single = TraceView { size: [1, 1], ..*view };
+    let setup = Setup { build, preset: None, threads };
     let mut rows = Vec::new();
-    measure("bench", subject, &[Setup { build, preset: None, threads }], &single, token, &mut |row: Measurement| {
-        rows.push(row);
-    })?;
-    let Some(row) = rows.pop() else { return Err(Cancelled.into()) };
+    measure("bench", subject, &[setup], &single, token, &mut |row: Measurement| rows.push(row))?;
+    let Some(mut row) = rows.pop() else { return Err(Cancelled.into()) };
+    row.conditions = Some(Conditions::new(subject, &setup.into(), view, row.threads));
     let pool = pool(threads).map_err(LabError::Refused)?;
     let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);
     let camera = view.camera.for_size(view.size[0], view.size[1]);
@@ -114,7 +116,7 @@ fn on_a_sample(
     values.set(CONTAINER_TESTS_PER_RAY, per_ray(tests.containers));
     values.set(PRIMITIVE_TESTS_PER_RAY, per_ray(tests.primitives));
     values.set(TESTS_PER_RAY, per_ray(tests.containers + tests.primitives));
-    // There is no root to miss.
+    // Every ray tests every triangle, whether it enters the scene's box or not.
     values.set(TESTS_PER_ENTERING_RAY, per_ray(tests.containers + tests.primitives));
     row
 }

@@ -11,6 +11,8 @@ use crate::catalog::settings::written;
 use crate::provenance::{self, VERSION, commit, date, machine};
 use crate::text::quote;
 use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Camera, program and machine of a row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,33 +84,54 @@ fn degrees(camera: &Camera) -> f32 {
 /// The `bvhscope bench` command that measures one tree with the same rays.
 fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> String {
     let mut line = format!("bvhscope bench {}", quote(&subject.model));
-    let mut flag = |name: &str, value: &str| {
+    let mut flag = |name: &str, value: Option<&str>| {
+        let value = value.map_or_else(String::new, |value| format!(" {}", quote(value)));
         // Writing into a string cannot fail.
-        let _ = write!(line, " {name} {}", quote(value));
+        let _ = write!(line, " --{name}{value}");
     };
-    let build = &contender.setup.build;
-    if let Some(file) = contender.read.as_ref().and_then(|accel| accel.file.as_ref()) {
-        flag("--tree", &file.path.to_string_lossy());
-        flag("--container", build.container.name());
-    } else {
-        written(build).for_each(|(key, text)| flag(&format!("--{key}"), &text));
-    }
-    flag("--threads", &threads.to_string());
-    flag("--simd", view.simd.name());
-    flag("--size", &format!("{}x{}", view.size[0], view.size[1]));
-    flag("--traversal", view.traversal.name());
-    flag("--repeat", &view.repeat.to_string());
+    tree_flags(contender, &mut flag);
+    flag("threads", Some(&threads.to_string()));
+    flag("simd", Some(view.simd.name()));
+    flag("size", Some(&format!("{}x{}", view.size[0], view.size[1])));
+    flag("traversal", Some(view.traversal.name()));
+    flag("repeat", Some(&view.repeat.to_string()));
     let rays: Vec<&str> = view.populations.iter().map(super::population::Population::name).collect();
     if !rays.is_empty() {
-        flag("--rays", &rays.join(","));
+        flag("rays", Some(&rays.join(",")));
     }
     let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
-    flag("--eye", &vector(view.camera.eye));
-    flag("--target", &vector(view.camera.target));
-    flag("--up", &vector(view.camera.up));
-    flag("--fov", &degrees(&view.camera).to_string());
+    flag("eye", Some(&vector(view.camera.eye)));
+    flag("target", Some(&vector(view.camera.target)));
+    flag("up", Some(&vector(view.camera.up)));
+    flag("fov", Some(&degrees(&view.camera).to_string()));
     if view.camera.projection == Projection::Orthographic {
-        line.push_str(" --orthographic");
+        flag("orthographic", None);
+    }
+    for (key, value) in subject.load.written() {
+        flag(key, value.as_deref());
     }
     line
+}
+
+/// The flags of the tree: its file, its preset where the preset alone makes it, or all its settings.
+fn tree_flags(contender: &Contender, flag: &mut dyn FnMut(&str, Option<&str>)) {
+    let build = &contender.setup.build;
+    let of_preset = |preset: &Preset| {
+        let named = BuildSettings::preset(*preset, ContainerKind::Aabb);
+        BuildSettings { builder: build.builder, ..named }.for_container(build.tree_container()) == *build
+    };
+    if let Some(file) = contender.read.as_ref().and_then(|accel| accel.file.as_ref()) {
+        flag("tree", Some(&file.path.to_string_lossy()));
+        flag("container", Some(build.container.name()));
+    } else if build.builder == BuilderKind::None {
+        // Measured beside a tree, of which the fewest rows are those of one container.
+        flag("no-bvh", None);
+        flag("container", Some(build.container.name()));
+    } else if let Some(preset) = contender.setup.preset.filter(of_preset) {
+        flag("builder", Some(build.builder.name()));
+        flag("container", Some(build.tree_container().name()));
+        flag("preset", Some(preset.name()));
+    } else {
+        written(build).for_each(|(key, text)| flag(key, Some(&text)));
+    }
 }

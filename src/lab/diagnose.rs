@@ -15,6 +15,7 @@ use crate::vectors::length;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
 use bvhscope_engine::with_tree;
 
@@ -144,14 +145,26 @@ pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
             kind: "overlap",
             count: 1,
             text: format!(
-                "end-point overlap is {:.2}{note}: much of the surface lies inside containers that do not hold it; a higher \
-                 threshold or box containers help",
-                epo.value
+                "end-point overlap is {:.2}{note}: much of the surface lies inside containers that do not hold it{}",
+                epo.value,
+                overlap_remedy(accel)
             ),
             place: Place::Scene,
         });
     }
     findings
+}
+
+/// The end of the sentence on overlap: the settings that lower it, and none for a tree from a file, which another builder may have made.
+fn overlap_remedy(accel: &Accel) -> &'static str {
+    let has_threshold = accel.file.is_none() && accel.settings.builder.is_aac();
+    let is_of_spheres = accel.file.is_none() && accel.tree.container_kind() == ContainerKind::Sphere;
+    match (has_threshold, is_of_spheres) {
+        (true, true) => "; a higher threshold or box containers help",
+        (true, false) => "; a higher threshold helps",
+        (false, true) => "; box containers help",
+        (false, false) => "",
+    }
 }
 
 /// The first leaf at the greatest depth; `None` for an empty tree.
@@ -254,8 +267,35 @@ fn is_sliver(triangle: &Triangle) -> bool {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+    use crate::accel::FileTree;
     use crate::budget::MemoryLimit;
     use crate::scene::SceneSource;
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+    use bvhscope_engine::tree_file::Header;
+
+    #[test]
+    fn overlap_is_lowered_by_settings_that_the_tree_was_built_with() {
+        let (scene, token) = (crate::lab::sample::teapot(), CancelToken::new());
+        let epo = EndPointOverlap { value: 1e6, sampled: 1, triangles: 1, visited: 1 };
+        let text = |accel: &Accel| diagnose_tree(accel, epo).pop().unwrap().text;
+        let built = |builder, container| {
+            let build = BuildSettings { builder, container, ..BuildSettings::default() };
+            Accel::build(&scene, &build, &token).unwrap()
+        };
+        for (builder, container, end) in [
+            (BuilderKind::Aac, ContainerKind::Sphere, "hold it; a higher threshold or box containers help"),
+            (BuilderKind::Aac, ContainerKind::Aabb, "hold it; a higher threshold helps"),
+            (BuilderKind::Lbvh, ContainerKind::Sphere, "hold it; box containers help"),
+            (BuilderKind::Lbvh, ContainerKind::Aabb, "do not hold it"),
+        ] {
+            let text = text(&built(builder, container));
+            assert!(text.ends_with(end), "{text}");
+        }
+        let mut read = built(BuilderKind::Aac, ContainerKind::Sphere);
+        let (path, header) = ("mine.bvh".into(), Header::new(1));
+        read.file = Some(FileTree { path, header, faults: Vec::new(), empty_nodes: 0, numbers: None });
+        assert!(text(&read).ends_with("do not hold it"), "another builder has other settings");
+    }
 
     #[test]
     fn duplicates_are_found_in_any_corner_order() {

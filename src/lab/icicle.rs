@@ -243,8 +243,7 @@ mod tests {
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &token).unwrap());
         let camera = Camera::framing(&scene.bounds, scene.up);
         let visits = ViewRays::new(Population::Primary, camera, [64, 64], &RenderSettings::default());
-        let visits = visits.measure(&accel, &token).unwrap();
-        let visits = KnownVisits(Arc::new(visits));
+        let visits = KnownVisits(visits.measure(&accel, &token).unwrap().visits);
         let children = |node: u32| with_tree!(&accel.tree, tree => tree.nodes[node as usize].children());
         for width in IcicleWidth::ALL {
             let sums = subtree_sums(&accel, width, Some(&visits), &token).unwrap();

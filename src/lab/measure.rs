@@ -160,7 +160,7 @@ fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Res
         let rays = ViewRays::new(population, view.camera, view.size, &settings);
         // Progress is that of the repetition.
         let token = token.part(2, 3);
-        MeasuredRays::new(population, accel, &rays.measure(accel, &token)?, &token)
+        rays.measure(accel, &token).map(|measured| measured.sums)
     };
     view.populations.iter().map(of).collect()
 }
@@ -217,7 +217,7 @@ mod tests {
             repeat: 2,
             populations: Populations::ALL,
         };
-        let subject = Subject { model: source.to_string(), scene, trees: Vec::new() };
+        let subject = Subject { model: source.to_string(), scene, trees: Vec::new(), load: LoadOptions::default() };
         let setups = ContainerKind::OF_PAPER.map(|container| Setup {
             build: BuildSettings::preset(Preset::Fast, container),
             preset: None,

@@ -59,7 +59,7 @@ mod tests {
             let accel = Arc::new(Accel::build(&scene, &settings, &token).unwrap());
             let camera = Camera::framing(&scene.bounds, scene.up);
             let rays = ViewRays::new(Population::Primary, camera, [300, 200], &RenderSettings::default());
-            let visits = rays.measure(&accel, &token).unwrap();
+            let visits = rays.measure(&accel, &token).unwrap().visits;
             accel.compute_regrets(&token).unwrap();
             let values = NodeValues { accel: &accel, visits: Some(&visits) };
             for metric in RANKED {
@@ -88,7 +88,7 @@ mod tests {
         let camera = Camera::framing(&scene.bounds, scene.up);
         let visits = |size_px| {
             let rays = ViewRays::new(Population::Primary, camera, size_px, &RenderSettings::default());
-            rays.measure(&accel, &token).unwrap()
+            rays.measure(&accel, &token).unwrap().visits
         };
         assert!((200 * 256 / 2..=256 * 256).contains(&visits([4_000, 3_000]).rays));
         let visits = visits([20, 20]);

@@ -17,6 +17,7 @@ use glam::Vec3;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
+use crate::scene::Scene;
 
 /// Most rays across and down a view: more make a measurement slower and hardly another.
 const MOST_RAYS: u32 = 256;
@@ -206,23 +207,58 @@ impl ViewRays {
 
     /// Traces them through the binary tree of `accel` and counts the visits of each node, in the calling thread's rayon pool. Hidden
     /// triangles stop rays as all others do.
-    pub fn measure(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Visits, Cancelled> {
+    pub fn measure(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<MeasuredVisits, Cancelled> {
         let rays = self.list(accel, &token.part(0, 2))?;
-        self.visits(&accel.tree, accel.compute_leaf_triangles(token)?, &rays, &token.part(1, 2))
+        self.visits(&accel.scene, &accel.tree, accel.compute_leaf_triangles(token)?, &rays, &token.part(1, 2))
     }
 
-    /// The visits of the nodes of `tree` by `rays` of this population. `leaf_triangles` are in leaf order.
+    /// The visits of the nodes of `tree`, one of `scene`, by `rays` of this population. `leaf_triangles` are in leaf order.
     pub fn visits(
         &self,
+        scene: &Scene,
         tree: &AnyTree,
         leaf_triangles: &[Triangle],
         rays: &[Ray],
         token: &CancelToken,
-    ) -> Result<Visits, Cancelled> {
-        let (count, query) = (rays.len() as u32, self.population.query(self.traversal));
-        let ray = |index: u32| rays[index as usize];
-        with_tree!(tree, tree => measure_visits(tree, leaf_triangles, count, ray, query, token))
+    ) -> Result<MeasuredVisits, Cancelled> {
+        let (population, query) = (self.population, self.population.query(self.traversal));
+        let beside: Vec<Ray> = rays.iter().filter(|ray| !scene.is_entered_by(ray)).copied().collect();
+        let [of_all, of_beside] = [token.part(0, 2), token.part(1, 2)];
+        with_tree!(tree, tree => {
+            let visits_of = |rays: &[Ray], token: &CancelToken| {
+                let ray = |index: u32| rays[index as usize];
+                measure_visits(tree, leaf_triangles, rays.len() as u32, ray, query, token)
+            };
+            let visits = visits_of(rays, &of_all)?;
+            // Spheres and trees from files have roots that such rays enter, too.
+            let tests_beside = tests(tree, &visits_of(&beside, &of_beside)?);
+            let all_tests = tests(tree, &visits);
+            let entering = rays.len() - beside.len();
+            let mean = |tests: u64, rays: usize| (rays > 0).then(|| tests as f64 / rays as f64);
+            let (sum, predicted_visits) = visits.sums(tree, token)?;
+            let sums = MeasuredRays {
+                population,
+                rays: visits.rays,
+                entering_rays: Some(entering as u32),
+                root_hits: visits.root_hits(),
+                visits: sum,
+                predicted_visits,
+                cost: visits.cost(tree, token)?,
+                tests_per_ray: mean(all_tests, rays.len()),
+                tests_per_entering_ray: mean(all_tests - tests_beside, entering),
+            };
+            Ok(MeasuredVisits { visits: Arc::new(visits), sums })
+        })
     }
+}
+
+/// Visits of the nodes of a tree by the rays of a population, with their sums.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredVisits {
+    /// The visits of each node.
+    pub visits: Arc<Visits>,
+    /// Counts of the rays.
+    pub sums: MeasuredRays,
 }
 
 /// Counts of the rays of a population in a tree. Field names are the JSON names.
@@ -232,6 +268,9 @@ pub struct MeasuredRays {
     pub population: Population,
     /// Number of rays.
     pub rays: u32,
+    /// Number of rays that enter the scene's box, see [`Scene::is_entered_by`]. Earlier versions did not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entering_rays: Option<u32>,
     /// Number of rays that enter the root.
     pub root_hits: u32,
     /// Visits of all nodes.
@@ -240,57 +279,22 @@ pub struct MeasuredRays {
     pub predicted_visits: f64,
     /// Cost of a ray that enters the root, in the unit of the SAH cost, which predicts it; see [`Visits::cost`].
     pub cost: f64,
-    /// Containers and triangles tested by a ray that enters the root, on average. Earlier versions did not
-    /// state it.
+    /// Containers and triangles tested by a ray, on average over all. Earlier versions did not state it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tests_per_ray: Option<f64>,
+    /// Containers and triangles tested by a ray that enters the scene's box, on average. Earlier versions did not
+    /// state it, or averaged over the rays that enter the root.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tests_per_entering_ray: Option<f64>,
 }
 
-/// Tests of a ray that enters the root: of the root, of all children of each interior node that is visited, and of all triangles
-/// of each leaf that is visited, though an any-hit ray ends at the first that it hits. `None` where no ray enters the root.
-fn tests_per_entering_ray<C: Container>(
-    tree: &Tree<C>,
-    visits: &Visits,
-    token: &CancelToken,
-) -> Result<Option<f64>, Cancelled> {
-    token.check()?;
-    let root_hits = u64::from(visits.root_hits());
+/// Number of tests: of the root by each ray, unless it is a leaf, of all children of each interior node that is visited, and of all
+/// triangles of each leaf that is visited, though an any-hit ray ends at the first that it hits.
+fn tests<C: Container>(tree: &Tree<C>, visits: &Visits) -> u64 {
+    let tests_root = tree.nodes.first().is_some_and(|root| !root.is_leaf());
     let of_node = |node: &Node<C>| u64::from(if node.is_leaf() { node.count } else { node.arity() });
     let below: u64 = tree.nodes.iter().zip(&visits.counts).map(|(node, &count)| u64::from(count) * of_node(node)).sum();
-    Ok((root_hits > 0).then(|| (root_hits + below) as f64 / root_hits as f64))
-}
-
-impl MeasuredRays {
-    /// The sums of `visits`, which rays of `population` made in `accel`.
-    pub fn new(population: Population, accel: &Accel, visits: &Visits, token: &CancelToken) -> Result<Self, Cancelled> {
-        Self::of_tree(population, &accel.tree, visits, token)
-    }
-
-    /// The sums of `visits`, which rays of `population` made in `tree`.
-    pub fn of_tree(
-        population: Population,
-        tree: &AnyTree,
-        visits: &Visits,
-        token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
-        with_tree!(tree, tree => {
-            let (sum, predicted_visits) = visits.sums(tree, token)?;
-            let (rays, root_hits, cost) = (visits.rays, visits.root_hits(), visits.cost(tree, token)?);
-            let tests_per_entering_ray = tests_per_entering_ray(tree, visits, token)?;
-            Ok(Self { population, rays, root_hits, visits: sum, predicted_visits, cost, tests_per_entering_ray })
-        })
-    }
-
-    /// Containers and triangles tested by a ray, on average over all, those that miss the root included; `None` where that is not known.
-    pub fn tests_per_ray(&self) -> Option<f64> {
-        let misses = f64::from(self.rays - self.root_hits);
-        let tests = match self.tests_per_entering_ray {
-            Some(tests) => tests * f64::from(self.root_hits) + misses,
-            None if self.root_hits == 0 => misses,
-            None => return None,
-        };
-        (self.rays > 0).then(|| tests / f64::from(self.rays))
-    }
+    below + if tests_root { u64::from(visits.rays) } else { 0 }
 }
 
 #[cfg(test)]
@@ -300,6 +304,7 @@ mod tests {
     use crate::lab::sample::teapot;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind};
     use bvhscope_engine::tree::ContainerKind;
+    use bvhscope_engine::tree::traverse::TestCounts;
 
     fn accel(build: BuildSettings) -> Arc<Accel> {
         Arc::new(Accel::build(&teapot(), &build, &CancelToken::new()).unwrap())
@@ -322,7 +327,7 @@ mod tests {
             assert!(!list.is_empty() && list.len() <= 256 * 256, "{population:?}: {}", list.len());
             assert_eq!(rays.list(&lbvh, &CancelToken::new()).unwrap(), list, "{population:?}");
             let visits = rays.measure(&aac, &CancelToken::new()).unwrap();
-            assert_eq!(visits.rays as usize, list.len());
+            assert_eq!(visits.sums.rays as usize, list.len());
             assert_eq!(one.install(|| rays.measure(&aac, &CancelToken::new())).unwrap(), visits, "{population:?}");
         }
     }
@@ -332,10 +337,8 @@ mod tests {
     fn random_lines_cost_what_the_sah_predicts() {
         for container in ContainerKind::ALL {
             let accel = accel(BuildSettings { container, ..BuildSettings::default() });
-            let measured = |population| {
-                let visits = rays(population, &accel, Light::Sun).measure(&accel, &CancelToken::new()).unwrap();
-                MeasuredRays::new(population, &accel, &visits, &CancelToken::new()).unwrap()
-            };
+            let measured =
+                |population| rays(population, &accel, Light::Sun).measure(&accel, &CancelToken::new()).unwrap().sums;
             let sah_cost = f64::from(accel.report.stats.sah_cost);
             let random = measured(Population::Random);
             assert_eq!(random.root_hits, random.rays, "each line goes through the root");
@@ -347,14 +350,46 @@ mod tests {
         }
     }
 
+    /// Rays in the corners of the scene's box enter it and miss the polytope; others miss it and enter the sphere. Both are counted one by
+    /// one here.
+    #[test]
+    fn every_container_is_judged_by_the_rays_that_enter_the_scenes_box() {
+        let token = CancelToken::new();
+        let mut entering = Vec::new();
+        for container in ContainerKind::ALL {
+            let accel = accel(BuildSettings { container, ..BuildSettings::default() });
+            let rays = rays(Population::Primary, &accel, Light::Sun);
+            let list = rays.list(&accel, &token).unwrap();
+            let sums = rays.measure(&accel, &token).unwrap().sums;
+            let tests_of = |ray: &Ray| {
+                let mut counts = TestCounts::default();
+                accel.closest_hit_with(ray, rays.traversal, &mut counts);
+                counts.containers + counts.primitives
+            };
+            let inside: Vec<&Ray> = list.iter().filter(|ray| accel.scene.is_entered_by(ray)).collect();
+            let mean = |rays: &[&Ray]| rays.iter().map(|ray| tests_of(ray)).sum::<u64>() as f64 / rays.len() as f64;
+            assert_eq!(sums.tests_per_entering_ray, Some(mean(&inside)), "{container:?}");
+            assert_eq!(sums.tests_per_ray, Some(mean(&list.iter().collect::<Vec<_>>())), "{container:?}");
+            let entered = inside.len() as u32;
+            match container {
+                ContainerKind::Aabb => assert_eq!(sums.root_hits, entered),
+                _ => assert_ne!(sums.root_hits, entered, "{container:?}"),
+            }
+            entering.push(sums.entering_rays);
+        }
+        assert!(entering.iter().all(|rays| rays.is_some() && *rays == entering[0]), "{entering:?}");
+    }
+
     #[test]
     fn a_view_without_such_rays_has_none_and_a_reason() {
         let accel = accel(BuildSettings::default());
         let shadow = rays(Population::Shadow, &accel, Light::Headlight);
-        let visits = shadow.measure(&accel, &CancelToken::new()).unwrap();
-        assert_eq!((visits.rays, visits.root_hits()), (0, 0));
-        let summary = MeasuredRays::new(Population::Shadow, &accel, &visits, &CancelToken::new()).unwrap();
-        assert_eq!((summary.visits, summary.cost), (0, 0.0));
+        let summary = shadow.measure(&accel, &CancelToken::new()).unwrap().sums;
+        assert_eq!((summary.rays, summary.root_hits, summary.visits, summary.cost), (0, 0, 0, 0.0));
+        assert_eq!(
+            (summary.entering_rays, summary.tests_per_ray, summary.tests_per_entering_ray),
+            (Some(0), None, None)
+        );
         assert!(Population::Shadow.absence(shadow.light()).contains("headlight"));
         assert!(!Population::Shadow.absence(Light::Sun).contains("headlight"));
     }

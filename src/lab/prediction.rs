@@ -3,6 +3,8 @@
 //! After Aila, Karras and Laine, *On Quality Metrics of Bounding Volume Hierarchies*, HPG 2013: they compare both, and the sum
 //! (1 − α) · SAH + α · EPO, by their correlation with the measured speed of trees from many builders.
 
+use serde::Serialize;
+
 use super::measurement::Measurement;
 use super::population::Population;
 use crate::catalog::numbers::rows::{EPO, SAH_COST};
@@ -53,6 +55,55 @@ impl Prediction {
             // Of equal ones the first, which needs less of the overlap.
             both: both.reduce(|best, next| if next.1 > best.1 + 1e-9 { next } else { best }),
         }
+    }
+}
+
+/// A prediction of the cost of rays over the trees of one model, with one kind of container. Field names are the JSON names.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correlation {
+    /// Model name.
+    pub model: String,
+    /// Kind of the containers of all trees.
+    pub container: ContainerKind,
+    /// The rays.
+    pub population: Population,
+    /// Number of trees.
+    pub trees: usize,
+    /// Correlation of cost and SAH cost.
+    pub sah_cost_r: Option<f64>,
+    /// Correlation of cost and end-point overlap.
+    pub epo_r: Option<f64>,
+    /// The α from 0 to 1 whose sum of both predicts best.
+    pub alpha: f64,
+    /// Correlation of cost and that sum.
+    pub alpha_r: f64,
+}
+
+impl Correlation {
+    /// Those of each model, kind of container and kind of rays that `rows` have enough trees of.
+    pub fn all(rows: &[Measurement]) -> Vec<Self> {
+        let mut models: Vec<&str> = Vec::new();
+        for row in rows.iter().filter(|row| !row.populations.is_empty()) {
+            if !models.contains(&row.model.as_str()) {
+                models.push(&row.model);
+            }
+        }
+        let mut all = Vec::new();
+        for model in models {
+            let of_model: Vec<Measurement> = rows.iter().filter(|row| row.model == model).cloned().collect();
+            for container in ContainerKind::WITH_ORIENTED {
+                all.extend(Population::ALL.into_iter().filter_map(|rays| Self::of(&of_model, container, rays)));
+            }
+        }
+        all
+    }
+
+    /// That of the rows of one model.
+    fn of(rows: &[Measurement], container: ContainerKind, population: Population) -> Option<Self> {
+        let trees: Vec<_> = predicted_trees(rows, container, population).into_iter().map(|(_, tree)| tree).collect();
+        let Prediction { sah: sah_cost_r, epo: epo_r, both } = Prediction::of(&trees);
+        let ((alpha, alpha_r), model) = (both?, rows.first()?.model.clone());
+        Some(Self { model, container, population, trees: trees.len(), sah_cost_r, epo_r, alpha, alpha_r })
     }
 }
 
@@ -139,10 +190,12 @@ mod tests {
         let measured = |population, cost| MeasuredRays {
             population,
             rays: 9,
+            entering_rays: None,
             root_hits: 7,
             visits: 5,
             predicted_visits: 3.0,
             cost,
+            tests_per_ray: None,
             tests_per_entering_ray: None,
         };
         let row = |container, builder: &str, population, cost| Measurement {

@@ -1,10 +1,12 @@
 //! Measurements as text for programs: JSON lines or CSV. Errors are messages for the user.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use serde_json::Value;
 
 use super::measurement::Measurement;
+use super::population::Population;
 use crate::catalog::fields::columns;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
@@ -16,15 +18,19 @@ pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// Writes CSV with the JSON names as columns; spreads and stages are joined into one cell each. Names that no row has are
-/// omitted.
+/// Writes CSV with the JSON names as columns; spreads and stages are joined into one cell each, and each number of the populations has a
+/// column of its own. Names that no row has are omitted.
 pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
     // Through the text, in which each number has the digits of its own precision.
     let value = |row: &Measurement| serde_json::from_str(&serde_json::to_string(row)?);
-    let rows: Vec<Value> =
+    let mut rows: Vec<Value> =
         rows.iter().map(value).collect::<Result<_, serde_json::Error>>().map_err(|error| error.to_string())?;
-    let names: Vec<&str> =
-        columns().into_iter().filter(|name| rows.iter().any(|row| row.get(name).is_some())).collect();
+    let of_rays = spread_populations(&mut rows);
+    let names = columns().into_iter().flat_map(|name| match name {
+        "populations" => of_rays.clone(),
+        name => vec![name.to_owned()],
+    });
+    let names: Vec<String> = names.filter(|name| rows.iter().any(|row| row.get(name).is_some())).collect();
     let mut csv = csv::Writer::from_writer(writer);
     if !names.is_empty() {
         csv.write_record(&names).map_err(failed)?;
@@ -33,6 +39,29 @@ pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), Str
         csv.write_record(names.iter().map(|name| row.get(name).map(cell).unwrap_or_default())).map_err(failed)?;
     }
     csv.flush().map_err(failed)
+}
+
+/// Gives each number of the populations of `rows` a field of its own, such as `ao_cost`. Returns the names of these fields, those of one
+/// population side by side.
+fn spread_populations(rows: &mut [Value]) -> Vec<String> {
+    let mut names = Vec::new();
+    for population in Population::ALL.map(Population::name) {
+        let mut of_population = BTreeSet::new();
+        for row in rows.iter_mut().filter_map(Value::as_object_mut) {
+            let listed = row.get("populations").and_then(Value::as_array).into_iter().flatten();
+            let fields = listed
+                .filter_map(Value::as_object)
+                .find(|rays| rays.get("population").and_then(Value::as_str) == Some(population));
+            let Some(fields) = fields.cloned() else { continue };
+            for (key, value) in fields.into_iter().filter(|(key, _)| key != "population") {
+                let name = format!("{population}_{key}");
+                row.insert(name.clone(), value);
+                of_population.insert(name);
+            }
+        }
+        names.extend(of_population);
+    }
+    names
 }
 
 fn failed(error: impl std::fmt::Display) -> String {
@@ -90,10 +119,16 @@ mod tests {
         assert!(unnamed.is_empty(), "{unnamed:?} are in no column");
         let table = csv(&[sample()]);
         let absent = ["optimize_sah_costs", "children_per_node", "nodes_per_arity"];
-        assert_eq!(table[0], columns().into_iter().filter(|name| !absent.contains(name)).collect::<Vec<_>>());
+        let of_rays = ["cost", "predicted_visits", "rays", "root_hits", "visits"].map(|key| format!("ao_{key}"));
+        let names = columns().into_iter().filter(|name| !absent.contains(name)).flat_map(|name| match name {
+            "populations" => of_rays.to_vec(),
+            name => vec![name.to_owned()],
+        });
+        assert_eq!(table[0], names.collect::<Vec<_>>());
         for (name, cell) in table[0].iter().zip(&table[1]) {
             let expected = match name.as_str() {
                 "build_ms_spread" => "17.0 23.0".to_owned(),
+                "ray_ns_spread" => "40.5 43.0".to_owned(),
                 "trace_ms_spread" => "47.0 61.0".to_owned(),
                 "mrays_per_s_spread" => "2.0 2.5".to_owned(),
                 "eye" => "1.25 2.25 3.25".to_owned(),
@@ -102,9 +137,11 @@ mod tests {
                 "leaf_size" => "1.0 2.5 7.0".to_owned(),
                 "optimize" => "collapse".to_owned(),
                 "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
-                "populations" => {
-                    "cost=1.25 population=ao predicted_visits=2.5 rays=19 root_hits=17 visits=13".to_owned()
-                }
+                "ao_cost" => "1.25".to_owned(),
+                "ao_predicted_visits" => "2.5".to_owned(),
+                "ao_rays" => "19".to_owned(),
+                "ao_root_hits" => "17".to_owned(),
+                "ao_visits" => "13".to_owned(),
                 "predicted_scaling" => {
                     assert!(
                         cell.starts_with("build=curve=cores=1 lower=1.0 speedup=1.0 upper=1.0; cores=2 "),

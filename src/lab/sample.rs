@@ -49,10 +49,12 @@ pub(super) fn sample() -> Measurement {
         populations: vec![MeasuredRays {
             population: Population::AmbientOcclusion,
             rays: 19,
+            entering_rays: None,
             root_hits: 17,
             visits: 13,
             predicted_visits: 2.5,
             cost: 1.25,
+            tests_per_ray: None,
             tests_per_entering_ray: None,
         }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
@@ -68,7 +70,8 @@ fn settings() -> Stated {
 /// Every number of a tree that was built.
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 fn values() -> Values {
-    let values = serde_json::json!({
+    // In two parts: the macro takes a level of recursion for each few numbers.
+    let mut values = serde_json::json!({
         "build_ms": 20.0,
         "build_ms_spread": [17.0, 23.0],
         "ready_ms": 23.75,
@@ -98,6 +101,8 @@ fn values() -> Values {
         "leaf_size": [1.0, 2.5, 7.0],
         "tree_hash": "00c0ffee12345678",
         "wide_tree_hash": "fedcba9876543210",
+    });
+    let memory_and_wide_tree = serde_json::json!({
         "tree_bytes": 448_037,
         "triangle_bytes": 252_037,
         "bytes_per_triangle": 98.0,
@@ -112,10 +117,12 @@ fn values() -> Values {
         "speedup": 2.75,
         "trace_speedup": 1.25,
     });
+    values.as_object_mut().unwrap().extend(memory_and_wide_tree.as_object().unwrap().clone());
     let mut values: Values = serde_json::from_value(values).unwrap();
     for (number, value) in [(UPDATE_MS, 0.75), (BEHIND_MS, 6.5), (RAY_NS, 41.25), (POPULATION_TESTS_PER_RAY, 33.5)] {
         values.set(number, value);
     }
+    values.set_spread(RAY_NS, Some([40.5, 43.0]));
     values
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::population::Populations;
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::scene::Scene;
+use crate::scene::{LoadOptions, Scene};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::traverse::Traversal;
@@ -20,6 +20,8 @@ pub struct Subject {
     /// Trees of the scene that files hold, measured beside those that are built. They cannot be built with other numbers of
     /// threads, so scaling leaves them out.
     pub trees: Vec<Arc<Accel>>,
+    /// How the scene was loaded.
+    pub load: LoadOptions,
 }
 
 impl Subject {

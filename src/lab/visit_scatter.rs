@@ -10,7 +10,7 @@ use crate::accel::Accel;
 use crate::catalog::metrics::{self, LEAST_PREDICTED_VISITS};
 use crate::lab::node_values::{KnownVisits, NodeValues};
 use crate::lab::plot::{Axis, Scale};
-use crate::lab::population::{MeasuredRays, Population};
+use crate::lab::population::MeasuredRays;
 
 /// Cells across and up.
 const CELLS: [usize; 2] = [192, 128];
@@ -67,15 +67,14 @@ pub struct VisitScatter {
 }
 
 impl VisitScatter {
-    /// The scatter of `visits`, which rays of `population` made in `accel`. Takes some passes over the tree.
+    /// The scatter of `visits` in `accel`, whose sums are `sums`. Takes some passes over the tree.
     pub fn new(
         accel: &Arc<Accel>,
-        population: Population,
+        sums: MeasuredRays,
         visits: &KnownVisits,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let values = NodeValues { accel, visits: Some(&visits.0) };
-        let sums = MeasuredRays::new(population, accel, &visits.0, token)?;
         let high = f64::from(sums.root_hits).max(LEAST_SHOWN * 10.0);
         let mut scatter = Self {
             sums,
@@ -176,7 +175,7 @@ pub fn is_telling(node: &ScatterNode) -> bool {
 mod tests {
     use super::*;
     use crate::camera::Camera;
-    use crate::lab::population::ViewRays;
+    use crate::lab::population::{Population, ViewRays};
     use crate::lab::sample::teapot;
     use crate::render::RenderSettings;
     use bvhscope_engine::settings::BuildSettings;
@@ -186,8 +185,9 @@ mod tests {
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &token).unwrap());
         let camera = Camera::framing(&scene.bounds, scene.up);
         let rays = ViewRays::new(Population::Primary, camera, size_px, &RenderSettings::default());
-        let visits = KnownVisits(Arc::new(rays.measure(&accel, &token).unwrap()));
-        let scatter = VisitScatter::new(&accel, Population::Primary, &visits, &token).unwrap();
+        let measured = rays.measure(&accel, &token).unwrap();
+        let visits = KnownVisits(measured.visits);
+        let scatter = VisitScatter::new(&accel, measured.sums, &visits, &token).unwrap();
         (accel, visits, scatter)
     }
 

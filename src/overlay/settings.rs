@@ -209,6 +209,11 @@ impl OverlaySettings {
         self.budget.unwrap_or(Self::BUDGET)
     }
 
+    /// Of the leaves of all depths only the largest are drawn, as many as suit the tree.
+    pub fn takes_largest_leaves(&self) -> bool {
+        self.leaves_only && self.depth.is_none()
+    }
+
     /// For a tree of `kind`: true for each of [`ContainerKind::WITH_ORIENTED`] that is drawn.
     pub fn kinds(&self, kind: ContainerKind) -> [bool; 4] {
         if self.follows_tree {

@@ -11,11 +11,9 @@ use super::request::RenderRequest;
 use crate::catalog::reading::EnteringReading;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::tree::Node;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, new_stack};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
-use bvhscope_engine::with_tree;
 
 /// Test counts of the primary rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,22 +26,24 @@ pub struct TestSummary {
     pub container_tests_per_ray: f32,
     /// Average primitive tests per ray.
     pub primitive_tests_per_ray: f32,
-    /// Number of rays that enter the root.
+    /// Number of rays that enter the scene's box, see [`Scene::is_entered_by`](crate::scene::Scene::is_entered_by): the same in every
+    /// tree of a scene.
     pub entering: u64,
-    /// Cache lines of the wide tree that those rays read, each once a ray.
+    /// Container and primitive tests of these rays.
+    pub entering_tests: u64,
+    /// Cache lines of the wide tree that these rays read, each once a ray.
     pub lines: CacheLines,
     /// Wall-clock time including the counting.
     pub trace_time: Duration,
 }
 
 impl TestSummary {
-    /// Averages of a ray that enters the root, whose test counts too; all others have one test each. `None` where no ray enters it.
+    /// Averages of a ray that enters the scene's box. `None` where no ray enters it.
     pub fn of_entering_ray(&self) -> Option<EnteringReading> {
-        let per_ray = f64::from(self.container_tests_per_ray) + f64::from(self.primitive_tests_per_ray);
-        let (missing, entering) = ((self.rays - self.entering) as f64, self.entering as f64);
+        let per_ray = |sum: u64| (sum as f64 / self.entering as f64) as f32;
         (self.entering > 0).then(|| EnteringReading {
-            tests: ((per_ray * self.rays as f64 - missing) / entering) as f32,
-            lines: [self.lines.nodes, self.lines.triangles].map(|lines| (lines as f64 / entering) as f32),
+            tests: per_ray(self.entering_tests),
+            lines: [self.lines.nodes, self.lines.triangles].map(per_ray),
         })
     }
 }
@@ -67,6 +67,7 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
     let start = Instant::now();
     let tiles = trace::<TestCounts>(request, request.settings.traversal, Some(wide), token)?;
     let rays = Grid::new(request).ray_count();
+    let sum = |count: fn(&Tile<TestCounts>) -> u64| -> u64 { tiles.iter().map(count).sum() };
     let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
     let mut lines = CacheLines::default();
     for tile in &tiles {
@@ -74,10 +75,11 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
     }
     Ok(TestSummary {
         rays,
-        hits: tiles.iter().map(|tile| tile.hits).sum(),
-        container_tests_per_ray: per_ray(tiles.iter().map(|tile| tile.probe.containers).sum()),
-        primitive_tests_per_ray: per_ray(tiles.iter().map(|tile| tile.probe.primitives).sum()),
-        entering: tiles.iter().map(|tile| tile.entering).sum(),
+        hits: sum(|tile| tile.hits),
+        container_tests_per_ray: per_ray(sum(|tile| tile.probe.containers)),
+        primitive_tests_per_ray: per_ray(sum(|tile| tile.probe.primitives)),
+        entering: sum(|tile| tile.entering),
+        entering_tests: sum(|tile| tile.entering_tests),
         lines,
         trace_time: start.elapsed(),
     })
@@ -124,63 +126,68 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     Ok(PrimaryTrace { rays: grid.ray_count(), hits, trace_time: start.elapsed() })
 }
 
-/// A probe that knows whether the last ray entered the root.
-trait Entering: Probe + Copy + Default + Send {
-    /// `true` of a ray whose tests are those since `before`, if it was tested against the root's children, too.
-    fn has_entered(&self, before: &Self) -> bool;
+/// A probe that may count tests.
+trait Counting: Probe + Copy + Default + Send {
+    /// Number of all tests so far.
+    fn tests(&self) -> u64;
 }
 
-impl Entering for NoProbe {
-    fn has_entered(&self, _: &Self) -> bool {
-        false
+impl Counting for NoProbe {
+    fn tests(&self) -> u64 {
+        0
     }
 }
 
-impl Entering for TestCounts {
-    fn has_entered(&self, before: &Self) -> bool {
-        self.containers - before.containers > 1
+impl Counting for TestCounts {
+    fn tests(&self) -> u64 {
+        self.containers + self.primitives
     }
 }
 
 /// Counts of the rays of a tile.
 #[derive(Default)]
-struct TileCounts<P> {
+struct Tile<P> {
     hits: u64,
+    /// Tests of all rays.
     probe: P,
-    /// Number of rays that enter the root.
+    /// Number of rays that enter the scene's box.
     entering: u64,
-    /// Cache lines that those rays read.
+    /// Tests of these rays.
+    entering_tests: u64,
+    /// Cache lines that they read.
     lines: CacheLines,
 }
 
-/// Traces the primary rays, and those that enter the root once more through the wide tree, if its lines are to be counted.
-fn trace<P: Entering>(
+/// The counts of each tile. The rays that enter the scene's box are traced once more through the wide tree, if its lines are to be
+/// counted.
+fn trace<P: Counting>(
     request: &RenderRequest,
     traversal: Traversal,
     wide: Option<&AnyWideTree>,
     token: &CancelToken,
-) -> Result<Vec<TileCounts<P>>, Cancelled> {
+) -> Result<Vec<Tile<P>>, Cancelled> {
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
-    let tree = &request.accel.tree;
+    let (tree, scene) = (&request.accel.tree, &request.accel.scene);
     let triangles = request.accel.compute_leaf_triangles(token)?;
     let level = request.settings.simd.level();
-    let root_is_leaf = with_tree!(tree, tree => tree.nodes.first().is_some_and(Node::is_leaf));
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;
         let mut stack = new_stack(tree.max_depth());
-        let mut counts = TileCounts::<P>::default();
+        let mut counts = Tile::<P>::default();
         let mut lines = wide.map(|wide| (wide, LineProbe::new(wide)));
         grid.for_each_pixel(tile, |x, y, _| {
             let point = grid.point(x, y, Vec2::splat(0.5));
-            let (ray, before) = (camera.ray(point.x, point.y), counts.probe);
+            let (ray, before, mut enters) = (camera.ray(point.x, point.y), counts.probe.tests(), false);
             let hit = request.first_visible(ray, |ray| {
+                // A timed trace does no more than tracing.
+                enters |= P::ACTIVE && scene.is_entered_by(ray);
                 tree.closest_hit_with(level, triangles, ray, traversal, &mut stack, &mut counts.probe)
             });
             counts.hits += u64::from(hit.is_some());
-            // A root that is a leaf is not tested: all rays count as entering it.
-            if root_is_leaf || counts.probe.has_entered(&before) {
+            if enters {
                 counts.entering += 1;
+                counts.entering_tests += counts.probe.tests() - before;
                 if let Some((wide, probe)) = &mut lines {
                     request.first_visible(ray, |ray| wide.closest_hit_with(level, ray, probe));
                     counts.lines += probe.take();
@@ -193,7 +200,7 @@ fn trace<P: Entering>(
     let tiles = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| fork.task(|token| trace_tile(tile, token)))
-        .collect::<Result<_, Cancelled>>()?;
+        .collect::<Result<Vec<Tile<P>>, Cancelled>>()?;
     fork.join();
     Ok(tiles)
 }

@@ -17,7 +17,7 @@ use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
 use crate::budget::Budget;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Triangle};
 
 /// A loaded model: triangles in world space less `offset`, with attributes and materials for shading. Has at least one triangle; all
 /// coordinates are finite.
@@ -164,6 +164,13 @@ impl Scene {
             ..*self
         };
         Ok(scene)
+    }
+
+    /// True if `ray` enters the scene's box, the axis-aligned one around all triangles, as traversals test the root of a tree of boxes.
+    /// Means over these rays compare between trees of all containers, whose own roots are entered by different rays.
+    pub fn is_entered_by(&self, ray: &Ray) -> bool {
+        let ray = PreparedRay::new(*ray);
+        ray.can_hit() && self.bounds.entry(&ray, ray.ray.t_min, ray.ray.t_max).is_some()
     }
 
     /// A point of the scene in the coordinates of its file, with no more decimals than single precision has.

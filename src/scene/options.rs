@@ -10,3 +10,13 @@ pub struct LoadOptions {
     /// Frames a second of a row of files, above 0; `None` for [`FRAMES_PER_SECOND`](super::FRAMES_PER_SECOND).
     pub fps: Option<f32>,
 }
+
+impl LoadOptions {
+    /// Keys of the flags by which a command line loads the same, each with its value if it takes one. Defaults are left out.
+    pub fn written(&self) -> impl Iterator<Item = (&'static str, Option<String>)> + use<> {
+        let scene = self.scene.map(|scene| ("scene", Some(scene.to_string())));
+        let fps = self.fps.map(|fps| ("fps", Some(fps.to_string())));
+        let outside = self.allow_outside.then_some(("allow-outside", None));
+        [scene, fps, outside].into_iter().flatten()
+    }
+}

@@ -147,6 +147,9 @@ fn out_of_memory(path: &Path, length: u64) -> LoadError {
 
 fn explain(path: &Path, error: &std::io::Error) -> LoadError {
     match error.kind() {
+        std::io::ErrorKind::NotFound if path.as_os_str() == "-" => {
+            LoadError::of_file(path, "standard input cannot be read", "write the model to a file and name that")
+        }
         std::io::ErrorKind::NotFound => LoadError::of_file(path, "no such file", similar_files(path)),
         std::io::ErrorKind::PermissionDenied => {
             LoadError::of_file(path, "may not be read by this user", "change its permissions")
@@ -187,7 +190,11 @@ fn similar_files(path: &Path) -> String {
     let mut scored: Vec<_> = names_in(folder)
         .into_iter()
         .map(|name| (strsim::levenshtein(&wanted, &name.to_lowercase()), name))
-        .filter(|(distance, name)| *distance <= (wanted.chars().count().min(name.chars().count()) / 3).max(1))
+        .filter(|(distance, name)| {
+            let shorter = wanted.chars().count().min(name.chars().count());
+            // Names that share no letter are not similar, however short.
+            *distance <= (shorter / 3).max(1) && *distance < shorter
+        })
         .collect();
     scored.sort();
     let names: Vec<_> = scored.into_iter().take(3).map(|(_, name)| format!("'{name}'")).collect();

@@ -65,7 +65,7 @@ fn the_table_ends_with_findings_and_the_plot_is_drawn() {
     let (code, text, error) =
         run(&[&WALKER[..], &chosen, &[plot.to_str().unwrap(), "--csv", csv.to_str().unwrap()]].concat());
     assert_eq!(code, 0, "{error}");
-    assert!(text.starts_with("builtin:walker:2000, aac, box: 5 frames of clip 'jump'"), "{text}");
+    assert!(text.starts_with("walker 2000, aac, box: 5 frames of clip 'jump'"), "{text}");
     assert!(text.contains("With 1,024 rays a frame, ") && text.contains("Rebuilding "), "{text}");
     assert!(error.contains("box, rebuild, frame 4 (") && error.contains("tests a ray"), "{error}");
     let drawn = std::fs::read_to_string(plot).unwrap();
@@ -98,7 +98,7 @@ fn what_cannot_be_measured_is_refused_with_a_reason() {
         (
             &["animate", "builtin:walker:2000", "--builder", "binned-sah", "--container", "sphere"],
             2,
-            &["binned SAH", "no spheres", "polytopes"],
+            &["binned SAH", "no spheres", "14-DOPs"],
         ),
         (&["animate", "builtin:walker:2000", "--plot", "x.jpg"], 2, &["x.jpg", ".png or .svg"]),
     ];

@@ -121,10 +121,13 @@ fn clips_are_listed_and_wrong_ones_refused() {
     assert_eq!(rows[0]["clips"][1]["end"], 1.5);
     let output = Command::cargo_bin("bvhscope").unwrap().args(["info", "builtin:walker:500"]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("0 walk 0.000 to 1.000 s, 1 jump 0.000 to 1.500 s"), "{text}");
+    assert!(text.contains("0 'walk' (0.000 to 1.000 s), 1 'jump' (0.000 to 1.500 s)"), "{text}");
     for (args, code, message) in [
         (&["builtin:walker:500", "--clip", "swim"][..], 1, "there are 0 'walk', 1 'jump'"),
         (&["builtin:cornell", "--time", "1"], 1, "so that it does not move: leave --time out"),
+        (&["builtin:cornell", "--frames", "0..1"], 1, "so that it does not move: leave --frames out"),
+        (&["builtin:walker:500", "--time", "9"], 2, "--time 9: clip 'walk' lasts from 0.000 to 1.000 s"),
+        (&["builtin:walker:500", "--frames", "0..3:1"], 2, "--frames 0..3: clip 'walk' lasts from 0.000 to 1.000 s"),
         (&["builtin:walker:500", "--time", "nan"], 2, "a time in seconds is expected"),
         (&["builtin:walker:500", "--frames", "0..1", "--time", "1"], 2, "cannot be used with"),
     ] {

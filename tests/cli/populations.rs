@@ -42,7 +42,10 @@ fn info_counts_the_visits_of_each_node() {
 #[test]
 fn builders_are_compared_by_what_rays_cost() {
     let common = ["compare", "builtin:teapot:2", "--size", "64x48", "--repeat", "1", "--rays", "primary,random"];
-    let rows = json(&[&common[..], &["--json"]].concat());
+    let (code, lines, error) = run(&[&common[..], &["--json"]].concat());
+    assert_eq!(code, 0, "{error}");
+    let parsed = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let (rows, correlations): (Vec<_>, Vec<_>) = parsed.partition(|line| line.get("command").is_some());
     assert!(rows.len() > 8);
     for row in &rows {
         let rays = row["populations"].as_array().unwrap();
@@ -50,11 +53,19 @@ fn builders_are_compared_by_what_rays_cost() {
         assert_eq!(names, ["primary", "random"]);
         assert_eq!(rays[0]["rays"], 64 * 48);
     }
+    let of: Vec<&str> = correlations.iter().map(|found| found["population"].as_str().unwrap()).collect();
+    assert_eq!(of, ["primary", "random"]);
+    assert!(correlations[1]["sah_cost_r"].as_f64().unwrap() > 0.99 && correlations[1]["alpha"].is_number());
+    let folder = tempfile::tempdir().unwrap();
+    let [file, plot] = ["rows.jsonl", "rows.svg"].map(|name| folder.path().join(name).display().to_string());
+    std::fs::write(&file, &lines).unwrap();
+    let (code, _, error) = run(&["plot", &file, "-o", &plot]);
+    assert_eq!(code, 0, "correlations are no rows to plot: {error}");
     let text = run(&common).1;
     assert!(text.contains("How well the measured cost was predicted"), "{text}");
     let correlation = |name: &str| -> f64 {
-        let line = text.lines().find(|line| line.split_whitespace().nth(2) == Some(name)).unwrap();
-        line.split_whitespace().nth(4).unwrap().parse().unwrap()
+        let line = text.lines().find(|line| line.split_whitespace().nth(3) == Some(name)).unwrap();
+        line.split_whitespace().nth(5).unwrap().parse().unwrap()
     };
     assert!(correlation("random") > 0.99, "{text}");
     let (code, _, error) = run(&["compare", "--rays", "primary,photons"]);

@@ -8,7 +8,7 @@ use bvhscope::catalog::numbers::rows::{HITS, SAH_COST, TESTS_PER_RAY};
 use bvhscope::lab::Subject;
 use bvhscope::lab::report_table::number;
 use bvhscope::render::{RenderSettings, Shading};
-use bvhscope::scene::SceneSource;
+use bvhscope::scene::{LoadOptions, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
@@ -399,7 +399,8 @@ fn the_paper_panel_shows_the_numbers_of_the_command_line() {
     assert!(shown.finished && shown.rows.len() == 2, "{} rows", shown.rows.len());
     let scene = state.model.loaded.clone().unwrap();
     let plan = &state.preferences.paper;
-    let subject = Subject { model: scene.source.to_string(), scene: scene.clone(), trees: Vec::new() };
+    let (model, load) = (scene.source.to_string(), LoadOptions::default());
+    let subject = Subject { model, scene: scene.clone(), trees: Vec::new(), load };
     let view = plan.view(&scene, &state.wanted);
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);

@@ -94,6 +94,19 @@ fn the_numbers_of_the_lessons_are_true() {
 }
 
 #[test]
+fn a_lesson_does_not_cover_the_start_page() {
+    let mut harness = app();
+    Action::Lesson(0).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert!(harness.query_by_label("Leave").is_some());
+    for is_shown in [false, true] {
+        Action::StartPage.perform(&mut harness.state_mut().state);
+        settle(&mut harness);
+        assert_eq!(harness.query_by_label("Leave").is_some(), is_shown);
+    }
+}
+
+#[test]
 fn a_copied_state_shows_the_same_in_another_window() {
     let mut harness = app();
     let state = &mut harness.state_mut().state;

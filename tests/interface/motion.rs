@@ -414,6 +414,23 @@ fn open_views_follow_while_the_model_plays() {
     }
 }
 
+#[test]
+fn a_policy_ends_with_its_model_and_its_time_is_that_of_an_update() {
+    let mut harness = cloth();
+    state(&mut harness).clock().unwrap().go_to(0.5);
+    state(&mut harness).wanted.follow.policy = Policy::Keep;
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.follow.policy, Policy::Keep);
+    let shows = |harness: &Window, start: &str| {
+        harness.query_by(|node| node.value().is_some_and(|text| text.starts_with(start))).is_some()
+    };
+    assert!(shows(&harness, "Update time ") && !shows(&harness, "Build speed "));
+    state(&mut harness).activity.requests.push(Request::Open(builtin("walker", 500)));
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.follow.policy, Policy::Rebuild);
+    assert!(!shows(&harness, "Update time ") && shows(&harness, "Build speed "));
+}
+
 /// Writes a frame of a row: `count` triangles at `x`.
 fn write_frame(folder: &Path, number: usize, x: usize, count: usize) {
     let triangles = (0..count).map(|y| format!("v {x} {y} 0\nv {} {y} 0\nv {x} {} 0\nf -3 -2 -1\n", x + 1, y + 1));

@@ -13,7 +13,7 @@ use bvhscope::camera::Camera;
 use bvhscope::lab::{Subject, TraceView};
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, Shading, render};
-use bvhscope::scene::{Scene, SceneSource};
+use bvhscope::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use egui::vec2;
@@ -106,7 +106,8 @@ pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     let plan = &mut state.preferences.paper;
     plan.choose(experiment);
     (plan.thresholds, plan.repeat) = ([4, 8], 1);
-    let subject = Subject { model: scene.source.to_string(), scene: Arc::clone(&scene), trees: Vec::new() };
+    let (model, load) = (scene.source.to_string(), LoadOptions::default());
+    let subject = Subject { model, scene: Arc::clone(&scene), trees: Vec::new(), load };
     let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);

@@ -167,6 +167,13 @@ fn unusable_files_are_explained() {
     std::fs::write(folder.path().join("bunny.obj"), "v 0 0 0").unwrap();
     let message = load_path(&folder.path().join("buny.obj")).unwrap_err().to_string();
     assert!(message.contains("no such file; did you mean 'bunny.obj'?"), "{message}");
+    for name in ["a", "b"] {
+        std::fs::write(folder.path().join(name), "").unwrap();
+    }
+    let message = load_path(&folder.path().join("c")).unwrap_err().to_string();
+    assert!(message.contains("check the spelling and the folder"), "names of one letter are not similar: {message}");
+    let message = load_path(Path::new("-")).unwrap_err().to_string();
+    assert!(message.contains("standard input cannot be read; write the model to a file"), "{message}");
     let message = load_path(folder.path()).unwrap_err().to_string();
     assert!(message.contains("is a folder; name a model in it: bunny.obj"), "{message}");
     let message = load_bytes("a.obj", b"").unwrap_err().to_string();

@@ -340,7 +340,7 @@ fn targets_that_cannot_be_written_are_found_before_the_work() {
     assert!(code == 1 && error.contains("kept.png: cannot be written"), "{error}");
     assert_eq!(std::fs::read(&kept).unwrap(), b"old");
     let (code, error) = run(&["render", model.to_str().unwrap(), "-o", model.to_str().unwrap()]);
-    assert!(code == 2 && error.contains("must end in .png or .svg or .exr"), "{error}");
+    assert!(code == 2 && error.contains("must end in .png, .svg or .exr"), "{error}");
     let mut names: Vec<_> =
         std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();

@@ -32,6 +32,7 @@ fn subject(name: &str) -> Subject {
         model: name.to_owned(),
         scene: Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap()),
         trees: Vec::new(),
+        load: LoadOptions::default(),
     }
 }
 
@@ -127,8 +128,8 @@ fn compared_builders_agree_on_hits() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
     let rows = collect(|row| compare(&subject, &ContainerKind::ALL, false, 1, &view, &CancelToken::new(), row));
-    // Five presets, two curves, LBVH and exact for each container, binned SAH for boxes and polytopes, seven choices of passes for boxes.
-    assert_eq!(rows.len(), 36);
+    // Six presets, two curves, LBVH and exact for each container, binned SAH for boxes and polytopes, seven choices of passes for boxes.
+    assert_eq!(rows.len(), 39);
     assert!(rows.iter().all(|row| row.number(HITS) == rows[0].number(HITS)));
     for row in &rows {
         // A binary tree: each interior node adds one leaf.
@@ -320,6 +321,7 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
         "Build time (ms)",
         "Trace time, binary tree (ms)",
         "Tests per entering ray",
+        "Bytes per entering ray",
         "SAH cost, box",
         "SAH cost, sphere",
     ];

@@ -85,9 +85,10 @@ impl Line {
     /// The flags that both commands end with.
     fn end(mut self, state: &AppState) -> String {
         self.switch("--orthographic", state.wanted.camera.projection == Projection::Orthographic);
-        self.flag("--scene", state.model.load_options.scene.map(|scene| scene.to_string()));
-        self.flag("--fps", state.model.load_options.fps.map(|fps| fps.to_string()));
-        self.switch("--allow-outside", state.model.load_options.allow_outside);
+        for (key, value) in state.model.load_options.written() {
+            let value = value.map_or_else(String::new, |value| format!(" {value}"));
+            let _ = write!(self.0, " --{key}{value}");
+        }
         self.0
     }
 }

@@ -75,9 +75,9 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
 fn automatic(ui: &mut Ui, state: &mut AppState) {
     let on = state.wanted.overlay.depth.is_none();
     let tip = if on {
-        "The range follows the tree: the levels that together hold 100 to 200 containers. Click to keep this one (Ctrl+.)"
+        "The range follows the tree: the levels that together hold 100 to 200 containers; of leaves alone, the largest in view. Click to keep this one (Ctrl+.)"
     } else {
-        "The range is as you set it. Click for the levels that together hold 100 to 200 containers of any tree (Ctrl+.)"
+        "The range is as you set it. Click for the levels that together hold 100 to 200 containers of any tree; of leaves alone, the largest in view (Ctrl+.)"
     };
     let response = ui.add(egui::Button::new("Auto").selected(on));
     response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, "Automatic depth range"));

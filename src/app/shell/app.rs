@@ -80,9 +80,10 @@ impl App {
         let same_model = restored.wanted.as_ref().is_some_and(|wanted| wanted.source == source);
         let mut wanted = restored.wanted.unwrap_or_else(|| Wanted::new(source.clone()));
         wanted.source = source;
-        // The trees of the last run belong to its model.
+        // Trees, moment and policies of the last run belong to its model.
         if !(options.restore && same_model) {
-            (wanted.tree_files, wanted.moment) = ([options.tree_file, None], None);
+            wanted.tree_files = [options.tree_file, None];
+            wanted.stand_still();
         }
         let mut preferences = restored.preferences.unwrap_or_default();
         options.overrides.apply(&mut wanted, &mut preferences);

@@ -78,7 +78,8 @@ impl Reconciler {
         if state.wanted.source == source {
             self.load.reload();
         } else {
-            (state.wanted.tree_files, state.wanted.moment) = ([None, None], None);
+            state.wanted.tree_files = [None, None];
+            state.wanted.stand_still();
             state.model.playback.playing = false;
         }
         self.load.allow_retry();

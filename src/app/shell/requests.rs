@@ -10,7 +10,7 @@ use crate::app::shell::files::FolderListing;
 use crate::app::shell::measure_worker::MeasureWorker;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::state::paper::{PaperResult, RowFormat};
-use crate::app::state::{AppState, Request, SecondTree, Severity, TreeSide, preferences};
+use crate::app::state::{AppState, Request, SecondTree, Severity, TreeSide, Wanted, preferences};
 use crate::app::viewport::screenshot::{self, Screenshot};
 use crate::budget::Budget;
 use crate::export::{cannot_be_written, first_writable, write_new, write_new_with};
@@ -107,9 +107,10 @@ impl BackgroundTasks {
                     if let Some(camera) = camera {
                         reconciler.set_next_view(camera.into());
                     }
-                    let moment = state.wanted.moment;
+                    let Wanted { moment, follow, second, .. } = state.wanted;
                     open(source, false, reconciler, state);
-                    (state.wanted.tree_files, state.wanted.moment) = (tree_files, moment);
+                    state.wanted.tree_files = tree_files;
+                    (state.wanted.moment, state.wanted.follow, state.wanted.second) = (moment, follow, second);
                 }
                 Request::OpenTree(side, path) => open_tree(side, path, state),
                 Request::OpenTreeDialog(side) => self.open_dialog(Chosen::Tree(side), state),

@@ -1,6 +1,6 @@
 //! Comparison of the presented tree with the one before it: which of their numbers compare, and which way is better.
 
-use crate::accel::Accel;
+use crate::accel::{Accel, Follow};
 use crate::camera::Camera;
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S};
 use crate::catalog::numbers::{NUMBERS, Number};
@@ -22,7 +22,8 @@ pub enum Comparison {
     OtherView,
     /// The tree before has containers of another kind, whose numbers do not compare with these.
     OtherContainer,
-    /// One of the two builds was repeated as a whole and the other was not, or reused other stages of an earlier build.
+    /// One of the two builds was repeated as a whole and the other was not, reused other stages of an earlier build, or changed the tree of
+    /// another moment.
     OtherStages,
     /// The numbers compare.
     Change {
@@ -109,6 +110,8 @@ pub struct TreeNumbers {
     reused: Vec<&'static str>,
     /// The build time is that of whole builds, repeated.
     is_whole: bool,
+    /// How the tree follows a model that moves.
+    follow: Follow,
     /// The view of the counts.
     view: Option<Circumstances>,
 }
@@ -134,6 +137,7 @@ impl TreeNumbers {
             hash: accel.known_hash(),
             reused: accel.reused_stages().to_vec(),
             is_whole: accel.whole_builds().is_some(),
+            follow: accel.follow,
             view: counted.and_then(|counted| counted.view),
         }
     }
@@ -152,6 +156,9 @@ impl TreeNumbers {
         let (Some(before), Some(compared)) = (before, &number.compared) else { return Comparison::Unknown };
         if self.container != before.container && !compared.across_containers {
             return Comparison::OtherContainer;
+        }
+        if number == BUILD_MS && self.follow.policy != before.follow.policy {
+            return Comparison::OtherStages;
         }
         if number == BUILD_MS && !(self.is_whole && before.is_whole) {
             // A single build that ran all its stages may have been the first, which finds cold caches.
@@ -181,10 +188,11 @@ mod tests {
 
     use super::*;
     use crate::accel::{BuildSession, WholeBuilds};
-    use crate::catalog::numbers::rows::SAH_COST;
+    use crate::catalog::numbers::rows::{MTRIANGLES_PER_S, SAH_COST};
     use crate::catalog::reading::Times;
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
+    use bvhscope_engine::follow::Policy;
     use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 
     /// Trees of these thresholds in one session, of which each build reuses the sorted primitives of the one before.
@@ -207,15 +215,6 @@ mod tests {
     }
 
     #[test]
-    fn costs_of_other_containers_do_not_compare() {
-        let [boxes, ..] = trees([6, 12, 20]);
-        let build = BuildSettings { optimize: Passes::NONE.with(Pass::Orient), ..BuildSettings::default() };
-        let oriented = Accel::build(&boxes.scene, &build, &CancelToken::new()).unwrap();
-        assert_eq!(compare(&boxes, &oriented, SAH_COST), Comparison::OtherContainer);
-        assert!(matches!(compare(&oriented, &oriented, SAH_COST), Comparison::Change { .. }));
-    }
-
-    #[test]
     fn builds_compare_with_their_like_alone() {
         let [cold, reusing, other] = trees([6, 12, 20]);
         assert!(cold.report.stages.reused.is_empty() && !reusing.report.stages.reused.is_empty());
@@ -231,6 +230,27 @@ mod tests {
         assert_eq!(compare(&cold, &reusing, BUILD_MS), worse, "repeated as a whole, whatever was reused at first");
         let noise = Comparison::Change { before: 3.0, now: 3.05, verdict: Verdict::Noise };
         assert_eq!(compare(&reusing, &other, BUILD_MS), noise);
+    }
+
+    /// The builder's containers are boxes in both.
+    #[test]
+    fn costs_of_oriented_boxes_do_not_compare_with_those_of_boxes() {
+        let [boxes, ..] = trees([6, 6, 6]);
+        let build = BuildSettings { optimize: Passes::NONE.with(Pass::Orient), ..BuildSettings::default() };
+        let oriented = Accel::build(&boxes.scene, &build, &CancelToken::new()).unwrap();
+        assert_eq!(compare(&boxes, &oriented, SAH_COST), Comparison::OtherContainer);
+        assert_eq!(compare(&oriented, &boxes, SAH_COST), Comparison::OtherContainer);
+    }
+
+    #[test]
+    fn an_update_is_compared_with_no_build() {
+        let [built, mut kept, _] = trees([6, 6, 6]);
+        kept.follow.policy = Policy::Keep;
+        assert!(kept.reading().is_update && !built.reading().is_update);
+        assert_eq!(compare(&built, &kept, BUILD_MS), Comparison::OtherStages);
+        let speed = |accel: &Accel| (MTRIANGLES_PER_S.get)(&accel.reading());
+        assert!(speed(&built).is_some());
+        assert_eq!(speed(&kept), None, "nothing was built");
     }
 
     #[test]

@@ -137,6 +137,14 @@ impl Wanted {
         }
     }
 
+    /// Shows the model in the pose of its file, and builds trees anew at each moment that is chosen later.
+    pub fn stand_still(&mut self) {
+        self.moment = None;
+        for side in TreeSide::ALL {
+            *self.policy_mut(side) = Policy::Rebuild;
+        }
+    }
+
     /// Builds a tree instead of reading it where its settings, and nothing else of it, have changed since `before`, or the moment:
     /// the tree of a file is of one pose.
     pub fn build_what_was_changed(&mut self, before: &Self) {

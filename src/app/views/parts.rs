@@ -144,8 +144,8 @@ pub(super) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 /// Why no visits were measured, where the view has none of the chosen rays.
 pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static str> {
     let rays = state.lab.rays(&shown.accel.scene)?;
-    let visits = state.lab.visits.get(&shown.accel, &rays)?;
-    (visits.rays == 0).then(|| rays.population().absence(rays.light()))
+    let measured = state.lab.visits.get(&shown.accel, &rays)?;
+    (measured.sums.rays == 0).then(|| rays.population().absence(rays.light()))
 }
 
 /// In place of what `study` of the tree `accel` derives from `inputs`: `text` until it is there, or the button that begins it again

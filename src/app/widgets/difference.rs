@@ -49,8 +49,7 @@ pub(crate) fn line(comparison: Comparison, two_trees: bool, palette: &Palette) -
     }
 }
 
-const OTHER_STAGES: &str =
-    "Not compared: one of the two builds was not repeated as a whole, or reused other stages of an earlier build";
+const OTHER_STAGES: &str = "Not compared: one of the two builds was not repeated as a whole, reused other stages of an earlier build, or changed the tree of another moment";
 
 /// The sentence in the tooltip: the number before, or why there is no difference. `text` formats a number.
 pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f64) -> String) -> Option<String> {

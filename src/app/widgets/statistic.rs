@@ -70,9 +70,12 @@ impl Statistic<'_> {
 pub(crate) fn statistic(ui: &mut Ui, state: &mut AppState, row: &Statistic<'_>) {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::click());
-    let mut value = if row.unit.is_empty() { row.value.clone() } else { format!("{} {}", row.value, row.unit) };
+    let mut value = row.value.clone();
     if let Some((second, _)) = &row.beside {
         value = format!("A {value}  B {second}");
+    }
+    if !row.unit.is_empty() {
+        value = format!("{value} {}", row.unit);
     }
     let line = row.beside.as_ref().and_then(|(_, comparison)| difference::line(*comparison, true, &palette));
     let spoken = line.as_ref().map_or_else(String::new, |(line, _)| format!(", {line}"));
@@ -150,11 +153,8 @@ fn changed_value(ui: &Ui, rect: Rect, name: &str, value: &str, change: &Change) 
 fn pair_of_values(ui: &Ui, rect: Rect, name: &str, value: &str, change: (Comparison, (String, Color32))) {
     let palette = theme::palette(ui);
     let (comparison, (line, color)) = change;
-    // The difference stands last; without room for its word, the sign and the percentage remain.
-    let line = line.trim_start_matches("B ");
-    let short = line.rsplit_once(' ').map_or(line, |(short, _)| short);
     let room = rect.width() - text_width(ui, name) - 8.0 - text_width(ui, value) - 24.0;
-    let Some(text) = [line, short].into_iter().find(|text| text_width(ui, text) <= room) else {
+    let Some(text) = difference_within(&line, comparison, |text| text_width(ui, text) <= room) else {
         return value_text_in(ui, rect, value, color);
     };
     value_text_in(ui, rect, text, color);
@@ -163,6 +163,13 @@ fn pair_of_values(ui: &Ui, rect: Rect, name: &str, value: &str, change: (Compari
     difference::paint_arrow(ui.painter(), left.right_center(), comparison, &palette);
     left.max.x -= 10.0;
     value_text_in(ui, left, value, palette.text);
+}
+
+/// The difference as far as it fits: without room for its word, sign and percentage remain of a change.
+fn difference_within(line: &str, comparison: Comparison, fits: impl Fn(&str) -> bool) -> Option<&str> {
+    let line = line.trim_start_matches("B ");
+    let number = line.rsplit_once(' ').filter(|_| matches!(comparison, Comparison::Change { .. }));
+    [Some(line), number.map(|(number, _)| number)].into_iter().flatten().find(|text| fits(text))
 }
 
 /// Width of a body text in points.
@@ -192,4 +199,23 @@ pub(crate) fn value_text(ui: &Ui, rect: Rect, value: &str) {
 fn value_text_in(ui: &Ui, rect: Rect, value: &str, color: Color32) {
     let font = TextStyle::Body.resolve(ui.style());
     ui.painter().text(pos2(rect.right(), rect.center().y), Align2::RIGHT_CENTER, value, font, color);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_cut_where_a_sense_remains() {
+        let change = Comparison::Change { before: 2.0, now: 3.0, verdict: Verdict::Worse };
+        let within = |line: &'static str, comparison, most: usize| {
+            difference_within(line, comparison, |text| text.chars().count() <= most)
+        };
+        assert_eq!(
+            [12, 8, 3].map(|most| within("B +50 % worse", change, most)),
+            [Some("+50 % worse"), Some("+50 %"), None]
+        );
+        let none = |most| within("not comparable", Comparison::OtherContainer, most);
+        assert_eq!([14, 8].map(none), [Some("not comparable"), None]);
+    }
 }

@@ -46,8 +46,8 @@ pub(super) const ROWS: &[Number] = &[
         key: "mtriangles_per_s",
         unit: "Mtri/s",
         label: "Build speed",
-        meaning: "Triangles built per second, in millions",
-        get: |tree| known(millions_per_second(tree.triangles as u64, tree.build?.ms)),
+        meaning: "Triangles built per second, in millions; absent of a tree that follows a model by a policy",
+        get: |tree| known(millions_per_second(tree.triangles as u64, tree.build.filter(|_| !tree.is_update)?.ms)),
         panel: Some(Section::Build),
         ..ROW
     },
@@ -133,8 +133,8 @@ pub(super) const ROWS: &[Number] = &[
     Number {
         key: "tests_per_entering_ray",
         label: "Tests per ray",
-        meaning: "Containers and triangles tested by a primary ray that enters the root's container, on average: each container \
-                  tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
+        meaning: "Containers and triangles tested by a primary ray that enters the scene's box, the axis-aligned one around all \
+                  triangles, on average, so that trees of all containers are judged by the same rays: each container tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
                   the measuring view, 1024×1024 pixels from the camera that frames the model, whatever the window shows",
         term: Some(&terms::TESTS_PER_RAY),
         get: |tree| single(tree.entering?.tests),
@@ -195,6 +195,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "Time of a ray",
         meaning: "Of `animate`: wall-clock time of finding the nearest hit of a ray of the first population through the wide tree, all \
                   threads together: the median of the repetitions",
+        spread: Some(("ray_ns_spread", |_| None)),
         ..ROW
     },
     Number {

@@ -30,20 +30,22 @@ const fn builder_sentence(kind: BuilderKind) -> &'static str {
         BuilderKind::Swift => {
             "AAC over leaves of up to four neighbours along the curve: a faster build, a slightly worse tree"
         }
-        BuilderKind::Lbvh => "Median split by Morton code (Lauterbach et al. 2009): fastest build, worst tree",
+        BuilderKind::Lbvh => {
+            "Median split by Morton code (Lauterbach et al. 2009): the fastest build of all, the worst tree"
+        }
         BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), not with spheres",
         BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
         BuilderKind::None => "No tree: every ray tests every triangle",
     }
 }
 
-/// Boxes, spheres or polytopes.
+/// Boxes, spheres or 14-DOPs.
 pub static CONTAINER: Setting = Setting {
     key: "container",
     value_name: "KIND",
     help: "What the tree is made of: {}",
     label: "Container",
-    tip: "Bounding volume of each node. Boxes are tighter than spheres; polytopes fit slanted and thin things, at a higher price of each test",
+    tip: "Bounding volume of each node. Boxes are tighter than spheres; 14-DOPs fit slanted and thin things, at a higher price of each test",
     value: Value::One {
         options: || ContainerKind::ALL.map(|kind| choice(kind.name(), kind.label(), container_sentence(kind))).into(),
         get: |build| ContainerKind::ALL.iter().position(|kind| *kind == build.container),
@@ -59,7 +61,7 @@ const fn container_sentence(kind: ContainerKind) -> &'static str {
         ContainerKind::Sphere => "Build and trace the tree with spheres",
         ContainerKind::Oriented => "Only as the pass Orient",
         ContainerKind::Dop14 => {
-            "Build and trace the tree with polytopes of 14 planes: boxes whose corners are cut off (Klosowski et al. 1998)"
+            "Build and trace the tree with 14-DOPs, polytopes of 14 planes: boxes whose corners are cut off (Klosowski et al. 1998)"
         }
     }
 }
@@ -84,7 +86,7 @@ pub static PRESET: Setting = Setting {
 fn preset_sentence(preset: Preset) -> String {
     let (threshold, epsilon) = preset.parameters();
     let purpose = match preset {
-        Preset::Swift => "over leaves of up to four triangles, which are joined first: the fastest build",
+        Preset::Swift => "over leaves of up to four neighbouring triangles, the fastest build of AAC",
         Preset::Fast => "the fast setting of Mahmuda, Yuniarti and Nurul K.",
         Preset::Hq => "their better tree, in a slower build",
         Preset::AacFast => "the fast setting of Gu et al. 2013",

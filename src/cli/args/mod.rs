@@ -258,7 +258,7 @@ pub struct InfoArgs {
     /// Also write the triangles, nine f32 each, little-endian, in the order in which tree files count them
     #[arg(long, value_name = "FILE")]
     pub triangles: Option<PathBuf>,
-    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of the build: sse2, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     #[command(flatten)]
@@ -291,7 +291,7 @@ pub struct TreeArgs {
     /// Write the triangles too, so that the file is a model of its own
     #[arg(long)]
     pub with_triangles: bool,
-    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of the build: sse2, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     #[command(flatten)]

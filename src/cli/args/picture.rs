@@ -72,7 +72,7 @@ pub struct PictureArgs {
     /// Draw the edges of the triangles over the picture
     #[arg(long)]
     pub mesh_edges: bool,
-    /// Vector instructions of builds and rays: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of builds and rays: sse2, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     /// Antialiasing samples a pixel, 1 to 1024 [default: 64]

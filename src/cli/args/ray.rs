@@ -47,7 +47,7 @@ pub struct RayArgs {
     /// How it visits the nodes of the binary tree: ordered (near child first, culled by distance), or paper (neither)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
     pub traversal: Traversal,
-    /// Vector instructions of the build: sse2, sse4, avx2, avx512 or neon, where this machine has them [default: the best]
+    /// Vector instructions of the build: sse2, avx2, avx512 or neon, where this machine has them [default: the best]
     #[arg(long, value_name = "LEVEL", value_parser = simd)]
     pub simd: Option<SimdLevel>,
     /// The wide tree instead, which pictures are traced through; its nodes have up to eight children

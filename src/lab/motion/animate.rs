@@ -93,6 +93,7 @@ fn measurement(
         container: setup.build.container,
         report: &report,
         build: None,
+        is_update: true,
         stages_ms: std::collections::BTreeMap::new(),
         ready_ms: Some(millis(update.ready_time())),
         epo: Some(row.epo),
@@ -113,6 +114,7 @@ fn measurement(
             values.set(number, value);
         }
     }
+    values.set_spread(RAY_NS, row.ray_spread_ns);
     Measurement {
         command: "animate".to_owned(),
         model: subject.model.clone(),

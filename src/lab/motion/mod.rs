@@ -7,5 +7,5 @@ mod study;
 mod animate;
 
 pub use animate::{AnimatePlan, animate};
-pub use break_even::{FrameCost, break_even_rays, cheapest, pays_from};
+pub use break_even::{FrameCost, break_even_rays, cheapest, mean, pays_from};
 pub use study::{MAX_FRAMES, MotionPlan, MotionRow, MotionStudy};

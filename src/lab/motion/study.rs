@@ -90,12 +90,14 @@ pub struct MotionRow {
     pub rays: Vec<MeasuredRays>,
     /// Wall-clock time of a ray of the first population through the wide tree in nanoseconds, all threads together; 0 without rays.
     pub ray_ns: f64,
+    /// Fastest and slowest repetition of that; `None` where it was measured once.
+    pub ray_spread_ns: Option<[f64; 2]>,
 }
 
 impl MotionRow {
     /// Containers and triangles that a ray of the first population is tested against, on average over all of them.
     pub fn tests_per_ray(&self) -> Option<f64> {
-        self.rays.first()?.tests_per_ray()
+        self.rays.first()?.tests_per_ray
     }
 }
 
@@ -147,7 +149,7 @@ impl MotionStudy {
             let update = follower.follow(&scene.triangles, token)?;
             let traced =
                 Traced { scene: &scene, tree: follower.tree(), wide: follower.wide(), build: &self.plan.build };
-            let (rays, ray_ns) = traced.measure(&self.plan, &mut lists, token)?;
+            let (rays, ray) = traced.measure(&self.plan, &mut lists, token)?;
             rows.push(MotionRow {
                 policy: follower.policy(),
                 frame,
@@ -157,7 +159,8 @@ impl MotionStudy {
                 tree_bytes: follower.tree().bytes(),
                 epo: end_point_overlap(follower.tree(), &scene.triangles, EPO_SAMPLES, token)?,
                 rays,
-                ray_ns,
+                ray_ns: ray.ms,
+                ray_spread_ns: ray.spread,
             });
         }
         Ok(Some(rows))
@@ -199,9 +202,9 @@ impl Traced<'_> {
         plan: &MotionPlan,
         lists: &mut [Option<Vec<Ray>>],
         token: &CancelToken,
-    ) -> Result<(Vec<MeasuredRays>, f64), Cancelled> {
+    ) -> Result<(Vec<MeasuredRays>, Times), Cancelled> {
         let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
-        let (mut measured, mut ray_ns) = (Vec::new(), 0.0);
+        let (mut measured, mut ray) = (Vec::new(), Times::single(0.0));
         for (at, (rays, list)) in plan.rays.iter().zip(lists).enumerate() {
             let own;
             let list: &[Ray] = if rays.population() == Population::Random {
@@ -215,13 +218,12 @@ impl Traced<'_> {
                 };
                 list.insert(known)
             };
-            let visits = rays.visits(self.tree, &triangles, list, token)?;
-            measured.push(MeasuredRays::of_tree(rays.population(), self.tree, &visits, token)?);
+            measured.push(rays.visits(self.scene, self.tree, &triangles, list, token)?.sums);
             if at == 0 {
-                ray_ns = time_of_ray(&self.wide.tree, list, plan.simd, plan.repeat, token)?;
+                ray = time_of_ray(&self.wide.tree, list, plan.simd, plan.repeat, token)?;
             }
         }
-        Ok((measured, ray_ns))
+        Ok((measured, ray))
     }
 
     /// The tree as pictures take it, copied.
@@ -230,16 +232,16 @@ impl Traced<'_> {
     }
 }
 
-/// Median wall-clock time in nanoseconds of finding the nearest hit of a ray, all threads together.
+/// Wall-clock times in nanoseconds, instead of milliseconds, of finding the nearest hit of a ray, all threads together.
 fn time_of_ray(
     wide: &AnyWideTree,
     rays: &[Ray],
     simd: SimdLevel,
     repeat: usize,
     token: &CancelToken,
-) -> Result<f64, Cancelled> {
+) -> Result<Times, Cancelled> {
     if rays.is_empty() {
-        return Ok(0.0);
+        return Ok(Times::single(0.0));
     }
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     let mut times = Vec::with_capacity(repeat);
@@ -253,5 +255,5 @@ fn time_of_ray(
         })?;
         times.push(start.elapsed().as_secs_f64() * 1e9 / rays.len() as f64);
     }
-    Ok(Times::of(times).ms)
+    Ok(Times::of(times))
 }

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use super::policies::policy_charts;
 use super::scaling::scaling_charts;
-use super::series::{curves, series_name};
+use super::series::{curves, series_name, value_axis};
 use crate::catalog::numbers::rows::BUILD_MS;
 use crate::catalog::numbers::{NUMBERS, Number};
 use crate::catalog::settings::THRESHOLD;
@@ -65,12 +65,6 @@ fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<Contai
 fn read(row: &Measurement, number: &Number, container: Option<ContainerKind>) -> Option<(f64, Option<[f64; 2]>)> {
     let value = row.values.known(number).filter(|_| container.is_none_or(|container| row.container == container))?;
     Some((value, row.values.spread(number)))
-}
-
-/// An axis on which all measured values and their spreads are.
-fn value_axis(curves: &[Curve], value: impl Fn(&Point) -> f64 + Copy) -> Axis {
-    let points = curves.iter().flat_map(|curve| &curve.points);
-    Axis::fitted(points.flat_map(move |point| point.spread.into_iter().flatten().chain([value(point)])))
 }
 
 /// An axis on which all values across are.
@@ -188,16 +182,24 @@ fn row_charts(
     // The first is on top.
     let names: Vec<String> = names.into_iter().rev().map(|(name, _)| name).collect();
     let chart = |(reading, label, container): (&'static Number, String, Option<ContainerKind>)| {
+        let value = |row: &Measurement| read(Some(row).filter(has_tree)?, reading, container);
+        // A chart of one kind of container has no empty rows for those that were measured with others.
+        let has_value =
+            |of: &&String| container.is_none() || rows.iter().any(|row| name(row) == **of && value(row).is_some());
+        let names: Vec<String> = names.iter().filter(has_value).cloned().collect();
         let curves = curves(rows, &series, |row| {
-            let (x, spread) = read(Some(row).filter(has_tree)?, reading, container)?;
+            let (x, spread) = value(row)?;
             let name = name(row);
             let y = names.iter().position(|other| *other == name)? as f64;
             Some(Point { x, y, spread, row: None })
         });
+        // A single point beside no other that compares with it shows nothing.
+        let is_alone = container.is_some() && curves.iter().map(|curve| curve.points.len()).sum::<usize>() < 2;
         let axes = [value_axis(&curves, |point| point.x), Axis::of_rows(names.len())];
-        Chart { title: String::new(), labels: [label, String::new()], axes, curves, rows: names.clone() }
+        let chart = Chart { title: String::new(), labels: [label, String::new()], axes, curves, rows: names };
+        (!is_alone).then_some(chart)
     };
-    readings(rows).into_iter().map(chart).collect()
+    readings(rows).into_iter().filter_map(chart).collect()
 }
 
 #[cfg(test)]
@@ -229,7 +231,7 @@ mod tests {
         };
         let rows = [row(8, 10.0, 75.0, 14.0), row(4, 30.0, 25.0, 56.0), row(6, 20.0, 50.0, 28.0)];
         let all = charts(&rows).unwrap();
-        let [relative, build, trace, tests, cost] = &all[..] else { unreachable!("{all:?}") };
+        let [relative, build, trace, tests, _, cost] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.labels[1], "Relative to δ = 6");
         let expected = [
             ("Build time", vec![(4.0, 1.5), (6.0, 1.0), (8.0, 0.5)]),
@@ -255,7 +257,7 @@ mod tests {
         let unknown = Measurement { settings: Stated::default(), ..row(6, f64::NAN) };
         let file = Measurement { tree: Some("a/mine.bvh".to_owned()), ..unknown }.with(TESTS_PER_ENTERING_RAY, 9.0);
         let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
-        let [relative, build, _, tests, _] = &all[..] else { unreachable!("{all:?}") };
+        let [relative, build, _, tests, ..] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.curves.len(), 3);
         assert_eq!(values(build), [("thing.obj, box", vec![(2.0, 10.0), (8.0, 30.0)])], "its time is not known");
         assert_eq!(values(tests)[1], ("mine.bvh (aac)", vec![(2.0, 9.0), (8.0, 9.0)]));
@@ -284,6 +286,8 @@ mod tests {
             (trace, vec![(1.0, 100.0), (2.0, 87.5)]),
         ];
         assert_eq!(values(efficiencies), expected);
+        // 30 ms on one thread, and 17 to 23 ms in the repetitions on two.
+        assert_eq!(speedups.curves[1].points[1].spread, Some([30.0 / 23.0, 30.0 / 17.0]));
     }
 
     #[test]
@@ -317,7 +321,7 @@ mod tests {
         let build = &charts(&[row("aac", 9.0), row("lbvh", 1.0), row("unknown", f64::NAN)]).unwrap()[0];
         assert_eq!(build.rows, ["unknown", "aac", "lbvh"], "from below");
         let figure = crate::lab::plot::Figure::of_rows(&[row("aac", 9.0)]).unwrap();
-        assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles."), "{:?}", figure.notes);
+        assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', box."), "{:?}", figure.notes);
         assert_eq!(figure.notes[1], "On abacus, bvhscope 0.0.1.");
         assert_eq!(figure.notes[2], "Thin lines run from the fastest to the slowest repetition.");
     }
@@ -333,12 +337,18 @@ mod tests {
             row("a.obj", boxes, 3.0, "aac"),
             row("a.obj", boxes, 5.0, "none"),
             row("b.obj", boxes, 7.0, "aac"),
+            row("a.obj", spheres, 13.0, "aac"),
             row("b.obj", spheres, 11.0, "aac"),
+            row("c.obj", boxes, 9.0, "aac"),
+            row("c.obj", ContainerKind::Dop14, 17.0, "aac"),
         ];
         let all = charts(&rows).unwrap();
-        let [build, _, _, boxes, spheres] = &all[..] else { panic!("{all:?}") };
-        assert_eq!(build.rows, ["b.obj", "a.obj"], "the first is on top");
-        assert_eq!(values(build), [("box", vec![(3.0, 1.0), (7.0, 0.0)]), ("sphere", vec![(11.0, 0.0)])]);
+        let [build, .., boxes, spheres] = &all[..] else { panic!("{all:?}") };
+        assert_eq!(build.rows, ["c.obj", "b.obj", "a.obj"], "the first is on top");
+        let of_boxes = ("box", vec![(3.0, 2.0), (7.0, 1.0), (9.0, 0.0)]);
+        let of_spheres = ("sphere", vec![(11.0, 1.0), (13.0, 2.0)]);
+        assert_eq!(values(build), [of_boxes, of_spheres, ("dop", vec![(17.0, 0.0)])]);
+        assert_eq!([boxes, spheres].map(|chart| chart.rows.len()), [3, 2], "no empty row, and no chart of one point");
         // SAH costs of boxes and spheres do not compare, so no axis has both.
         assert_eq!([&boxes.labels[0], &spheres.labels[0]], ["SAH cost, box", "SAH cost, sphere"]);
         assert_eq!([boxes, spheres].map(|chart| chart.curves.len()), [1, 1]);

@@ -20,10 +20,12 @@ pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
             .filter(|(_, curve)| look(curve.look))
             .any(|(chart, curve)| curve.points.iter().any(|point| chart.whisker(point).is_some()))
     };
-    if has_spread(&|look| look != Look::Line) {
+    // Thin lines without markers are predictions of speed-up, and policies of many frames.
+    let has_predictions = rows.iter().any(|row| row.predicted_scaling.is_some());
+    if has_spread(&|look| look != Look::Line || !has_predictions) {
         notes.push("Thin lines run from the fastest to the slowest repetition.".to_owned());
     }
-    if has_spread(&|look| look == Look::Line) {
+    if has_spread(&|look| look == Look::Line && has_predictions) {
         notes.push("Thin lines of predictions run from the worst to the best case.".to_owned());
     }
     let spans_containers = rows.iter().any(|row| row.container != rows[0].container);
@@ -51,9 +53,14 @@ fn scenes(rows: &[Measurement]) -> String {
     if models.len() > MAX_NAMED {
         return format!("{} models", models.len());
     }
+    // Several are named in the legend.
+    let is_one_kind = rows.iter().all(|row| row.container == rows[0].container);
+    let containers = if is_one_kind { format!(", {}", rows[0].container.name()) } else { String::new() };
     let scene = |model: &&str| {
-        let triangles = rows.iter().find(|row| row.model == *model).map_or(0, |row| row.triangles);
-        format!("{}, {} triangles", name_among(model, &models), count(triangles as u64))
+        let row = rows.iter().find(|row| row.model == *model);
+        let triangles = row.map_or(0, |row| row.triangles);
+        let clip = row.and_then(|row| Some(format!(", clip '{}'{containers}", row.motion.as_ref()?.clip)));
+        format!("{}, {} triangles{}", name_among(model, &models), count(triangles as u64), clip.unwrap_or_default())
     };
     models.iter().map(scene).collect::<Vec<_>>().join("; ")
 }

@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
-use super::series::{curves, series_name};
+use super::series::{curves, series_name, value_axis};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{EPO, POPULATION_TESTS_PER_RAY, RAY_NS, READY_MS, SAH_COST};
 use crate::lab::measurement::Measurement;
@@ -21,28 +21,33 @@ const MANY: usize = 40;
 
 /// Each quantity over the time of the clip, one curve a policy; and the time of a frame with a ray for each pixel.
 pub(super) fn policy_charts(rows: &[Measurement]) -> Vec<Chart> {
-    let of_number = QUANTITIES.map(|(number, label)| chart(rows, label, |row| row.values.known(number)));
+    let of_number = QUANTITIES
+        .map(|(number, label)| chart(rows, label, |row| Some((row.values.known(number)?, row.values.spread(number)))));
     let of_frame = chart(rows, "Frame with a ray for each pixel (ms)", |row| {
         let rays = f64::from(row.width_px) * f64::from(row.height_px);
-        Some(row.values.known(READY_MS)? + row.values.known(RAY_NS)? * rays * 1e-6)
+        let ready_ms = row.values.known(READY_MS)?;
+        let frame_ms = |ray_ns: f64| ready_ms + ray_ns * rays * 1e-6;
+        Some((frame_ms(row.values.known(RAY_NS)?), row.values.spread(RAY_NS).map(|ends| ends.map(frame_ms))))
     });
     of_number.into_iter().chain([of_frame]).filter(|chart| !chart.curves.is_empty()).collect()
 }
 
-fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Option<f64>) -> Chart {
+/// `read` gives value and spread of a row.
+fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Option<(f64, Option<[f64; 2]>)>) -> Chart {
     let is_one_tree = rows.iter().all(|row| row.model == rows[0].model && row.container == rows[0].container);
     let name = |row: &Measurement| {
         let policy = row.motion.as_ref().map_or("", |motion| motion.policy.label());
         if is_one_tree { policy.to_owned() } else { format!("{policy}, {}", series_name(row, rows)) }
     };
     let mut curves: Vec<Curve> = curves(rows, name, |row| {
-        Some(Point::of([f64::from(row.motion.as_ref()?.time_s), read(row).filter(|value| value.is_finite())?]))
+        let (value, spread) = read(row).filter(|(value, _)| value.is_finite())?;
+        Some(Point { spread, ..Point::of([f64::from(row.motion.as_ref()?.time_s), value]) })
     });
     for curve in curves.iter_mut().filter(|curve| curve.points.len() > MANY) {
         curve.look = Look::Line;
     }
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let axes = [Axis::linear(points().map(|point| point.x)), Axis::fitted(points().map(|point| point.y))];
+    let axes = [Axis::linear(points().map(|point| point.x)), value_axis(&curves, |point| point.y)];
     let labels = ["Time of the clip (s)".to_owned(), label.to_owned()];
     Chart { title: String::new(), labels, axes, curves, rows: Vec::new() }
 }
@@ -51,6 +56,7 @@ fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Optio
 mod tests {
     use super::*;
     use crate::lab::measurement::FrameOfClip;
+    use crate::lab::plot::notes::notes;
     use crate::lab::sample::sample;
     use bvhscope_engine::follow::Policy;
 
@@ -59,7 +65,9 @@ mod tests {
         let row = |policy, frame: usize| {
             let motion = FrameOfClip { policy, clip: "run".to_owned(), frame, time_s: frame as f32 * 0.5 };
             let row = Measurement { command: "animate".to_owned(), motion: Some(motion), ..sample() };
-            row.with(READY_MS, 2.0).with(RAY_NS, 100.0)
+            let mut row = row.with(READY_MS, 2.0).with(RAY_NS, 100.0);
+            row.values.set_spread(RAY_NS, Some([90.0, 200.0]));
+            row
         };
         let rows: Vec<Measurement> =
             (0..3).flat_map(|frame| [Policy::Refit, Policy::Rebuild].map(|policy| row(policy, frame))).collect();
@@ -75,6 +83,14 @@ mod tests {
             assert_eq!(times, [0.0, 0.5, 1.0]);
         }
         // 101 × 103 rays of 100 ns.
-        assert!((charts[5].curves[1].points[2].y - 3.0403).abs() < 1e-9);
+        let point = charts[5].curves[1].points[2];
+        assert!((point.y - 3.0403).abs() < 1e-9);
+        assert!(point.spread.is_some_and(|[_, slowest]| (slowest - 4.0806).abs() < 1e-9), "{point:?}");
+        assert_eq!(charts[2].curves[0].points[0].spread, Some([90.0, 200.0]));
+        assert!(charts[0].curves[0].points[0].spread.is_none(), "an update is measured once");
+        let notes = notes(&rows, &charts);
+        assert!(notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', box. "), "{notes:?}");
+        assert!(notes.iter().any(|note| note.contains("slowest repetition")), "{notes:?}");
+        assert!(!notes.iter().any(|note| note.contains("predictions")), "{notes:?}");
     }
 }

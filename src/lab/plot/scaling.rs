@@ -3,7 +3,7 @@
 use super::axis::{Axis, Scale};
 use super::chart::{Chart, Curve, Look, Point};
 use super::series::{curves, series_name};
-use crate::catalog::numbers::rows::{SPEEDUP, TRACE_SPEEDUP};
+use crate::catalog::numbers::rows::{BUILD_MS, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
 use crate::lab::measurement::Measurement;
 use crate::lab::speedup::prediction::{PredictedScaling, PredictedSpeedup};
 
@@ -34,12 +34,9 @@ pub(super) fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
         point.y *= percent;
         point.spread = point.spread.map(|spread| spread.map(|end| end * percent));
     }
-    let from_zero = |curves: &[Curve]| {
-        let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.y);
-        Axis { low: 0.0, ..Axis::linear(values) }
-    };
+    let from_zero = |curves: &[Curve]| Axis { low: 0.0, ..Axis::linear(values(curves)) };
     let as_doublings = |curves: &[Curve]| {
-        let fitted = Axis::logarithmic(curves.iter().flat_map(|curve| &curve.points).map(|point| point.y));
+        let fitted = Axis::logarithmic(values(curves));
         Axis { scale: Scale::Doublings, ..fitted }
     };
     vec![
@@ -48,13 +45,30 @@ pub(super) fn scaling_charts(rows: &[Measurement]) -> Vec<Chart> {
     ]
 }
 
+/// All values, and the ends of the spreads of those that were measured: bounds of predictions may lie beyond the axes.
+fn values(curves: &[Curve]) -> impl Iterator<Item = f64> + '_ {
+    curves.iter().flat_map(|curve| {
+        let is_measured = curve.look == Look::Measured;
+        curve
+            .points
+            .iter()
+            .flat_map(move |point| point.spread.filter(|_| is_measured).into_iter().flatten().chain([point.y]))
+    })
+}
+
 /// The predicted speed-ups, and above them those that were measured, in the same colours.
 fn speedup_curves(rows: &[Measurement]) -> Vec<Curve> {
-    let quantities = [("build", SPEEDUP), ("trace", TRACE_SPEEDUP)];
+    let quantities = [("build", SPEEDUP, BUILD_MS), ("trace", TRACE_SPEEDUP, TRACE_MS)];
     let mut measured = Vec::new();
-    for (what, speedup) in quantities {
+    for (what, speedup, time) in quantities {
         let name = |row: &Measurement| format!("{what}, {}", series_name(row, rows));
-        let point = |row: &Measurement| Some(Point::of([row.threads as f64, row.values.known(speedup)?]));
+        let point = |row: &Measurement| {
+            let speedup = row.values.known(speedup)?;
+            // The slowest repetition has the least speed-up over the median of one thread.
+            let of_one = speedup * row.number(time);
+            let spread = row.values.spread(time).map(|[fastest, slowest]| [of_one / slowest, of_one / fastest]);
+            Some(Point { spread, ..Point::of([row.threads as f64, speedup]) })
+        };
         measured.extend(curves(rows, name, point).into_iter().map(|curve| (what, curve)));
     }
     for (color, (_, curve)) in measured.iter_mut().enumerate() {

@@ -1,5 +1,6 @@
 //! Rows of measurements as named curves.
 
+use super::axis::Axis;
 use super::chart::{Curve, Look, Point};
 use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
@@ -48,4 +49,10 @@ pub(super) fn curves(
         curve.points.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
     curves
+}
+
+/// An axis on which all measured values and their spreads are.
+pub(super) fn value_axis(curves: &[Curve], value: impl Fn(&Point) -> f64 + Copy) -> Axis {
+    let points = curves.iter().flat_map(|curve| &curve.points);
+    Axis::fitted(points.flat_map(move |point| point.spread.into_iter().flatten().chain([value(point)])))
 }

@@ -5,7 +5,7 @@ use super::format::{COSTS_DO_NOT_COMPARE, conditions_and_threads, costs, short};
 use crate::catalog::numbers::{Compared, NUMBERS, Number};
 use crate::lab::measurement::Measurement;
 use crate::lab::quantity::{Verdict, verdict};
-use crate::text::count;
+use crate::text::{count, factor};
 
 /// Both trees and their difference. The words say whether B is better than A.
 pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
@@ -35,7 +35,7 @@ fn line(number: &Number, compared: &Compared, a: &Measurement, b: &Measurement) 
         let percent = if before == 0.0 || difference.is_nan() {
             "–".to_owned()
         } else {
-            format!("{:+.1}", difference / before * 100.0)
+            factor(before, now).unwrap_or_else(|| format!("{:+.1}", difference / before * 100.0))
         };
         let word = match verdict(compared, a.reading(number), b.reading(number)) {
             // One tree is as good as itself, however long its builds took.
@@ -64,13 +64,14 @@ fn settings(row: &Measurement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, NODES, SAH_COST, TREE_HASH};
+    use crate::catalog::numbers::rows::{BUILD_MS, EPO, MRAYS_PER_S, NODES, SAH_COST, TREE_HASH};
     use crate::lab::sample::sample;
     use bvhscope_engine::tree::ContainerKind;
 
     #[test]
     fn each_row_has_sign_percentage_and_word() {
         let mut b = sample().with(BUILD_MS, 9.0).with(MRAYS_PER_S, 4.625).with(NODES, 12_001).with(SAH_COST, 67.31);
+        b.values.set(EPO, 196.0);
         b.values.set(TREE_HASH, "another");
         b.values.set_spread(BUILD_MS, Some([8.0, 10.0]));
         b.values.set_spread(MRAYS_PER_S, Some([4.0, 7.0]));
@@ -78,6 +79,7 @@ mod tests {
         let row = |name: &str| table.rows.iter().find(|row| row[0] == name).map(|row| row[1..].join(" "));
         assert_eq!(row("build ms").as_deref(), Some("20.00 9.000 -11.00 -55.0 better"));
         assert_eq!(row("speed Mray/s").as_deref(), Some("2.312 4.625 +2.312 +100.0 within noise"));
+        assert_eq!(row("EPO").as_deref(), Some("0.875 196.0 +195.1 × 224 worse"));
         assert_eq!(row("SAH cost").as_deref(), Some("67.30 67.31 +0.010 +0.0 same"));
         assert_eq!(row("nodes").as_deref(), Some("14,001 12,001 -2,000 -14.3 other"));
         assert_eq!(row("depth").as_deref(), Some("31 31 +0 +0.0 same"));

@@ -77,7 +77,7 @@ pub(super) fn spread_note(rows: &[Measurement]) -> String {
 pub(super) const TRACE: &str = "Trace, binary tree: rays one by one, as in the paper. Speed in Mray/s: in packets through the \
                                 wide tree, as pictures are traced.";
 pub(super) const TESTS: &str = "Tests: each container and each primitive that a ray is tested against, two containers for each interior node that is visited. \
-     Entering: of the rays that enter the root, the headline; all others of all rays, those that miss it included.";
+     Entering: of the rays that enter the scene's box, the axis-aligned one around all triangles; all others of all rays.";
 pub(super) const COSTS_DO_NOT_COMPARE: &str =
     "Costs are relative to the root's surface, so those of different containers do not compare.";
 
@@ -90,7 +90,7 @@ pub(super) fn costs(rows: &[Measurement]) -> String {
     )
 }
 
-/// Cost of a container test in these rows: "1 (1.5 of polytopes and oriented boxes)".
+/// Cost of a container test in these rows: "1 (1.5 of 14-DOPs and oriented boxes)".
 pub(super) fn container_test(rows: &[Measurement]) -> String {
     let costs_more =
         |kind: &ContainerKind| kind.traversal_cost() > TRAVERSAL_COST && rows.iter().any(|row| row.container == *kind);
@@ -122,10 +122,10 @@ pub fn name_among(model: &str, models: &[&str]) -> String {
     }
 }
 
-/// The name of a model without its folders.
+/// The name of a model without its folders, as the window shows it: `bunny.obj`, `teapot 3`.
 pub fn short(model: &str) -> String {
-    if model.starts_with("builtin:") {
-        return model.to_owned();
+    if let Some(builtin) = model.strip_prefix("builtin:") {
+        return builtin.replacen(':', " ", 1);
     }
     std::path::Path::new(model).file_name().map_or_else(|| model.to_owned(), |name| name.to_string_lossy().into_owned())
 }

@@ -17,7 +17,8 @@ use crate::text::count;
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
 
 /// Note of the column "reads".
-const READS: &str = "Reads: cache lines of the wide tree that a ray entering the root touches, 64 bytes each.";
+const READS: &str =
+    "Reads: cache lines of the wide tree that a ray that enters the scene's box touches, 64 bytes each.";
 
 /// Times, tests, costs and sizes of each tree.
 pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {

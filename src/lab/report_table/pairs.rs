@@ -144,11 +144,7 @@ fn conclusions(rows: &[Measurement]) -> Vec<String> {
         let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
         let pair = [of(ContainerKind::Aabb)?, of(other)?];
-        let parts = [
-            ("build", BUILD_MS),
-            ("speed of tracing", MRAYS_PER_S),
-            ("tests per entering ray", TESTS_PER_ENTERING_RAY),
-        ];
+        let parts = [("build", BUILD_MS), ("tracing", MRAYS_PER_S), ("tests per entering ray", TESTS_PER_ENTERING_RAY)];
         let parts: Vec<String> =
             parts.iter().filter_map(|(name, number)| better_container(name, number, pair)).collect();
         let what = if ContainerKind::OF_PAPER.contains(&other) {
@@ -161,18 +157,21 @@ fn conclusions(rows: &[Measurement]) -> Vec<String> {
     pairs.filter_map(sentence).collect()
 }
 
-/// "tests per entering ray 2.86 times as good with boxes".
+/// "build 2.86 times as fast with boxes", "tests per entering ray 66 times as many with spheres".
 fn better_container(name: &str, number: &Number, [boxes, others]: [&Measurement; 2]) -> Option<String> {
     let [of_boxes, of_others] = [boxes, others].map(|row| row.number(number));
     let ratio = of_others.max(of_boxes) / of_others.min(of_boxes);
-    let better = match verdict(&number.compared?, others.reading(number), boxes.reading(number)) {
-        Verdict::Better => boxes,
-        Verdict::Worse => others,
+    let compared = number.compared?;
+    let (better, worse) = match verdict(&compared, others.reading(number), boxes.reading(number)) {
+        Verdict::Better => (boxes, others),
+        Verdict::Worse => (others, boxes),
         Verdict::Once => return ratio.is_finite().then(|| format!("{name} measured once")),
         Verdict::Same | Verdict::Noise => return Some(format!("{name} the same within noise")),
         Verdict::Different => return None,
     };
-    ratio.is_finite().then(|| format!("{name} {ratio:.2} times as good with {}", better.container.plural()))
+    let times = if ratio >= 10.0 { format!("{ratio:.0}") } else { format!("{ratio:.2}") };
+    let (word, row) = if compared.is_timed { ("fast", better) } else { ("many", worse) };
+    ratio.is_finite().then(|| format!("{name} {times} times as {word} with {}", row.container.plural()))
 }
 
 /// The line of a tree from a file, under its kind of container; `None` for a tree that was built.
@@ -268,7 +267,7 @@ mod tests {
             ["scene", "triangles", "build box", "build sphere", "ratio", "trace box", "trace sphere", "ratio"];
         assert_eq!(columns, expected);
         let expected = [
-            ["builtin:teapot", "7,001", "20.00", "40.00", "0.50", "50.00", "500.0", "0.10"],
+            ["teapot", "7,001", "20.00", "40.00", "0.50", "50.00", "500.0", "0.10"],
             ["  the paper's teapot", "", "92", "126", "0.73", "626", "3985", "0.16"],
             ["thing.obj", "7,001", "30.00", "20.00", "1.50", "60.00", "40.00", "1.50"],
             ["mean of the ratios", "", "", "", "1.00", "", "", "0.80"],
@@ -291,9 +290,12 @@ mod tests {
         };
         let rows =
             [of(ContainerKind::Aabb, [30.0, 29.0, 31.0], 20.0), of(ContainerKind::Sphere, [15.0, 14.5, 15.5], 50.0)];
-        let expected = "thing.obj: build 2.00 times as good with spheres, speed of tracing the same within noise, tests per \
-                        entering ray 2.50 times as good with boxes.";
+        let expected = "thing.obj: build 2.00 times as fast with spheres, tracing the same within noise, tests per entering ray \
+                        2.50 times as many with spheres.";
         assert_eq!(conclusions(&rows), [expected]);
+        let slow = of(ContainerKind::Sphere, [1989.0, 1980.0, 1999.0], 20.0);
+        let text = conclusions(&[rows[0].clone(), slow]).concat();
+        assert!(text.contains("build 66 times as fast with boxes, "), "{text}");
         assert!(trees_table(&rows).notes.iter().any(|note| note.contains("do not compare")));
         assert_eq!(conclusions(&rows[..1]), Vec::<String>::new());
     }
@@ -307,7 +309,7 @@ mod tests {
         assert_eq!(columns, ["build box", "build sphere", "build dop", "ratio", "ratio"]);
         assert_eq!([&times.columns[5].1, &times.columns[6].1], ["box:sph", "box:dop"]);
         let expected = [
-            ["builtin:teapot", "7,001", "20.00", "40.00", "", "0.50", "", "50.00", "500.0", "", "0.10", ""],
+            ["teapot", "7,001", "20.00", "40.00", "", "0.50", "", "50.00", "500.0", "", "0.10", ""],
             ["  the paper's teapot", "", "92", "126", "", "0.73", "", "626", "3985", "", "0.16", ""],
             [
                 "thing.obj",
@@ -327,7 +329,7 @@ mod tests {
             ["  the paper's mean", "", "", "", "", "0.77", "", "", "", "", "0.14", ""],
         ];
         assert_eq!(times.rows, expected);
-        assert!(conclusions(&all).iter().any(|text| text.starts_with("thing.obj, boxes and polytopes: build ")));
+        assert!(conclusions(&all).iter().any(|text| text.starts_with("thing.obj, boxes and 14-DOPs: build ")));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::format::{conditions_and_threads, costs, models, name_among, number};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{EPO, POPULATION_TESTS_PER_RAY, RAY_NS, READY_MS, SAH_COST, UPDATE_MS};
 use crate::lab::measurement::Measurement;
-use crate::lab::motion::{FrameCost, break_even_rays, cheapest, pays_from};
+use crate::lab::motion::{FrameCost, break_even_rays, cheapest, mean, pays_from};
 use crate::lab::population::Population;
 use crate::text::{count, counted};
 use bvhscope_engine::follow::{FRAMES_BEHIND, Policy};
@@ -52,7 +52,15 @@ impl<'a> Followed<'a> {
     fn costs(&self) -> Vec<FrameCost> {
         let cost = |row: &&Measurement| {
             let frame = row.motion.as_ref()?.frame;
-            Some(FrameCost { frame, ready_ms: row.values.known(READY_MS)?, ray_ns: row.values.known(RAY_NS)? })
+            let [ready_ms, ray_ns] = [row.values.known(READY_MS)?, row.values.known(RAY_NS)?];
+            let ray_spread_ns = row.values.spread(RAY_NS).map(|[fastest, slowest]| slowest - fastest);
+            Some(FrameCost {
+                frame,
+                ready_ms,
+                ray_ns,
+                ray_spread_ns,
+                tests: row.values.known(POPULATION_TESTS_PER_RAY),
+            })
         };
         self.rows.iter().map_while(cost).collect()
     }
@@ -159,12 +167,10 @@ fn findings(all: &[Followed<'_>], rays: f64) -> Vec<String> {
     won.sort_by_key(|(frames, _)| std::cmp::Reverse(*frames));
     let shares: Vec<String> = won.iter().map(|(frames, one)| format!("{} in {frames}", one.policy.name())).collect();
     let mut findings = Vec::new();
-    if let Some(best) = all.iter().min_by(|a, b| a.mean_time(rays).total_cmp(&b.mean_time(rays))) {
+    if let Some(fastest) = fastest(all, &costs, rays) {
         findings.push(format!(
-            "With {} rays a frame, {} takes the least time, {} ms a frame on average; of {} the least is that of {}.",
+            "With {} rays a frame, {fastest}; of {} the least is that of {}.",
             count(rays as u64),
-            best.policy.name(),
-            number(best.mean_time(rays)),
             counted(least.len() as u64, "frames"),
             shares.join(", ")
         ));
@@ -180,6 +186,24 @@ fn findings(all: &[Followed<'_>], rays: f64) -> Vec<String> {
     findings
 }
 
+/// The policies that take the least time on average: more than one where the spread of their times is larger than what they differ by.
+fn fastest(all: &[Followed<'_>], costs: &[Vec<FrameCost>], rays: f64) -> Option<String> {
+    let means: Vec<(Policy, FrameCost)> =
+        all.iter().zip(costs).filter_map(|(followed, costs)| Some((followed.policy, mean(costs)?))).collect();
+    let time = |cost: &FrameCost| cost.time_ms(rays);
+    let (_, best) = means.iter().min_by(|a, b| time(&a.1).total_cmp(&time(&b.1)))?;
+    let spread_ms = |cost: &FrameCost| rays * cost.ray_spread_ns.unwrap_or(0.0) * 1e-6;
+    let is_as_fast = |cost: &FrameCost| time(cost) - time(best) <= spread_ms(cost).max(spread_ms(best));
+    let least: Vec<&(Policy, FrameCost)> = means.iter().filter(|(_, cost)| is_as_fast(cost)).collect();
+    if let [(policy, cost)] = least[..] {
+        return Some(format!("{} takes the least time, {} ms a frame on average", policy.name(), number(time(cost))));
+    }
+    let names: Vec<String> =
+        least.iter().map(|(policy, cost)| format!("{} ({} ms)", policy.name(), number(time(cost)))).collect();
+    let names = names.join(", ");
+    Some(format!("{names} take the least time on average, and differ by less than the spread of their times"))
+}
+
 /// When rebuilding would have paid against a tree that is never built again.
 fn pays(followed: &Followed<'_>, costs: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> String {
     let name = followed.policy.name();
@@ -190,9 +214,14 @@ fn pays(followed: &Followed<'_>, costs: &[FrameCost], rebuilt: &[FrameCost], ray
     if let Some(frame) = pays_from(costs, rebuilt, rays) {
         return format!("Rebuilding would have paid against {name} from frame {frame} ({} s) on.", number(time(frame)));
     }
-    let least = costs.iter().zip(rebuilt).filter_map(|(followed, rebuilt)| break_even_rays(followed, rebuilt));
-    match least.min_by(f64::total_cmp) {
-        Some(rays) => format!("Rebuilding never paid against {name}: it takes {} rays a frame.", count(rays as u64)),
+    let frames = costs.len().min(rebuilt.len());
+    let means = mean(&costs[..frames]).zip(mean(&rebuilt[..frames]));
+    match means.and_then(|(followed, rebuilt)| break_even_rays(&followed, &rebuilt)) {
+        Some(least) if least > rays => format!(
+            "Rebuilding never paid against {name}: by the means over all frames it takes {} rays a frame.",
+            count(least as u64)
+        ),
+        Some(_) => format!("Rebuilding and {name} take about the same time."),
         None => format!("Rebuilding never paid against {name}, whose rays are as fast."),
     }
 }
@@ -206,7 +235,9 @@ mod tests {
     fn row(policy: Policy, frame: usize, ready_ms: f64, ray_ns: f64) -> Measurement {
         let motion = FrameOfClip { policy, clip: "run".to_owned(), frame, time_s: frame as f32 * 0.5 };
         let row = Measurement { command: "animate".to_owned(), motion: Some(motion), ..sample() };
-        row.with(READY_MS, ready_ms).with(RAY_NS, ray_ns)
+        let mut row = row.with(READY_MS, ready_ms).with(RAY_NS, ray_ns);
+        row.values.set_spread(RAY_NS, Some([ray_ns - 1.0, ray_ns + 1.0]));
+        row
     }
 
     #[test]
@@ -233,9 +264,23 @@ mod tests {
         }
         let slow: Vec<Measurement> = rows.iter().filter(|row| row.number(RAY_NS) < 300.0).cloned().collect();
         let text = policy_tables(&slow)[0].notes.join("\n");
-        assert!(text.contains("Rebuilding never paid against refit: it takes 20,000 rays a frame."), "{text}");
+        assert!(
+            text.contains(
+                "Rebuilding never paid against refit: by the means over all frames it takes 40,000 rays a frame."
+            ),
+            "{text}"
+        );
         let same: Vec<Measurement> = rows.iter().filter(|row| row.number(RAY_NS) < 200.0).cloned().collect();
         let text = policy_tables(&same)[0].notes.join("\n");
+        assert!(text.contains("Rebuilding never paid against refit, whose rays are as fast."), "{text}");
+        for row in &mut rows {
+            row.values.set_spread(RAY_NS, Some([0.0, 1000.0]));
+        }
+        let text = policy_tables(&rows)[0].notes.join("\n");
+        assert!(
+            text.contains("refit (3.427 ms), rebuild (4.040 ms) take the least time on average, and differ"),
+            "{text}"
+        );
         assert!(text.contains("Rebuilding never paid against refit, whose rays are as fast."), "{text}");
     }
 }

@@ -6,9 +6,8 @@ use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use crate::catalog::settings::THRESHOLD;
 use crate::lab::measurement::Measurement;
 use crate::lab::population::Population;
-use crate::lab::prediction::{Prediction, predicted_trees};
+use crate::lab::prediction::Correlation;
 use crate::text::count;
-use bvhscope_engine::tree::ContainerKind;
 
 /// The tables of `rows`; none where no population was measured.
 pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
@@ -22,7 +21,8 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     }
     let mut columns = vec![("scene", ""), ("builder", ""), ("container", ""), ("δ", ""), ("SAH cost", ""), ("EPO", "")];
     columns.extend(populations.iter().map(|population| (population.name(), "cost/ray")));
-    let mut costs = ReportTable::new("Cost of a ray that enters the root, by what it is for".to_owned(), &columns);
+    let mut costs =
+        ReportTable::new("Cost of a ray that enters its tree's root, by what it is for".to_owned(), &columns);
     let names = models(rows);
     for row in rows.iter().filter(|row| !row.populations.is_empty()) {
         let mut line = vec![
@@ -41,8 +41,8 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     }
     costs.notes.extend(populations.iter().filter_map(|&population| {
         let measured = rows.iter().find_map(|row| of(row, population))?;
-        let [rays, entering] = [measured.rays, measured.root_hits].map(|rays| count(u64::from(rays)));
-        Some(format!("{}: {rays} rays, of which {entering} enter the root of the first tree.", population.name()))
+        let [rays, entering] = [measured.rays, measured.entering_rays?].map(|rays| count(u64::from(rays)));
+        Some(format!("{}: {rays} rays, of which {entering} enter the scene's box.", population.name()))
     }));
     costs.notes.push(format!(
         "Cost: an interior node that is visited counts {}, whatever it holds, and each triangle tested 1. Tests per ray count each \
@@ -51,12 +51,12 @@ pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     ));
     costs.notes.push("The SAH cost predicts the cost of random lines, which nothing stops.".to_owned());
     let mut tables = vec![costs];
-    tables.extend(correlations(rows, &populations));
+    tables.extend(correlations(rows));
     tables
 }
 
 /// The correlation of prediction and measurement over the trees of each scene and kind of container, where there are enough of them.
-fn correlations(rows: &[Measurement], populations: &[Population]) -> Option<ReportTable> {
+fn correlations(rows: &[Measurement]) -> Option<ReportTable> {
     let columns = [
         ("scene", ""),
         ("container", ""),
@@ -69,26 +69,18 @@ fn correlations(rows: &[Measurement], populations: &[Population]) -> Option<Repo
     ];
     let mut table = ReportTable::new("How well the measured cost was predicted".to_owned(), &columns);
     let names = models(rows);
-    for &model in &names {
-        let of_model: Vec<Measurement> = rows.iter().filter(|row| row.model == model).cloned().collect();
-        for container in ContainerKind::WITH_ORIENTED {
-            for &population in populations {
-                let trees: Vec<_> =
-                    predicted_trees(&of_model, container, population).into_iter().map(|(_, tree)| tree).collect();
-                let Prediction { sah, epo, both: Some((alpha, blended)) } = Prediction::of(&trees) else { continue };
-                let r = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
-                table.rows.push(vec![
-                    name_among(model, &names),
-                    container.name().to_owned(),
-                    population.name().to_owned(),
-                    trees.len().to_string(),
-                    r(sah),
-                    r(epo),
-                    format!("{alpha:.2}"),
-                    format!("{blended:.3}"),
-                ]);
-            }
-        }
+    let r = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.3}"));
+    for found in Correlation::all(rows) {
+        table.rows.push(vec![
+            name_among(&found.model, &names),
+            found.container.name().to_owned(),
+            found.population.name().to_owned(),
+            found.trees.to_string(),
+            r(found.sah_cost_r),
+            r(found.epo_r),
+            format!("{:.2}", found.alpha),
+            r(Some(found.alpha_r)),
+        ]);
     }
     table.notes.push("r: correlation over the trees (Pearson); 1 is a perfect prediction, 0 none.".to_owned());
     table.notes.push(
@@ -110,19 +102,23 @@ mod tests {
             MeasuredRays {
                 population: Population::Bounce,
                 rays: 5_000,
+                entering_rays: Some(4_200),
                 root_hits: 4_000,
                 visits: 1,
                 predicted_visits: 2.0,
                 cost,
+                tests_per_ray: None,
                 tests_per_entering_ray: None,
             },
             MeasuredRays {
                 population: Population::Shadow,
                 rays: 0,
+                entering_rays: Some(0),
                 root_hits: 0,
                 visits: 0,
                 predicted_visits: 0.0,
                 cost: 0.0,
+                tests_per_ray: None,
                 tests_per_entering_ray: None,
             },
         ];
@@ -139,7 +135,7 @@ mod tests {
         let names: Vec<&str> = costs.columns.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["scene", "builder", "container", "δ", "SAH cost", "EPO", "shadow", "bounce"]);
         assert_eq!(costs.rows[1][2..], ["box", "–", "30.00", "7.000", "–", "60.00"]);
-        assert_eq!(costs.notes[1], "bounce: 5,000 rays, of which 4,000 enter the root of the first tree.");
+        assert_eq!(costs.notes[1], "bounce: 5,000 rays, of which 4,200 enter the scene's box.");
         assert_eq!(correlations.rows, [["thing.obj", "box", "bounce", "3", "1.000", "0.156", "0.00", "1.000"]]);
     }
 

@@ -93,6 +93,7 @@ mod tests {
     use crate::camera::Camera;
     use crate::lab::population::Populations;
     use crate::lab::sample::teapot;
+    use crate::scene::LoadOptions;
     use bvhscope_engine::kernel::SimdLevel;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind};
     use bvhscope_engine::tree::traverse::Traversal;
@@ -108,7 +109,7 @@ mod tests {
             repeat: 2,
             populations: Populations::NONE,
         };
-        let subject = Subject { model: "teapot".to_owned(), scene, trees: Vec::new() };
+        let subject = Subject { model: "teapot".to_owned(), scene, trees: Vec::new(), load: LoadOptions::default() };
         for builder in BuilderKind::ALL {
             let setup =
                 Setup { build: BuildSettings { builder, ..BuildSettings::default() }, preset: None, threads: 0 };

@@ -122,12 +122,23 @@ impl NodeTable {
             run.collect()
         };
         let wanted = places.len();
-        if wanted > budget {
+        // Parents come first.
+        let parents =
+            if settings.takes_largest_leaves() { places.partition_point(|&place| place < chosen) } else { wanted };
+        let leaves = places.split_off(parents);
+        let is_reduced = leaves.len() > self.suits();
+        if is_reduced {
+            places.extend(self.largest(nodes, &leaves, measure.as_ref(), self.suits()));
+        } else {
+            places.extend(leaves);
+        }
+        if places.len() > budget {
             places = self.largest(nodes, &places, measure.as_ref(), budget);
         }
         let depths = places.iter().map(|&place| ranges.partition_point(|range| range.end <= place) as u32).collect();
         let nodes = places.into_iter().map(|place| nodes[place as usize]).collect();
-        self.finish(settings, nodes, depths, wanted, measure.as_ref())
+        let shown = self.finish(settings, nodes, depths, wanted, measure.as_ref());
+        Shown { depends_on_view: shown.depends_on_view || is_reduced && measure.is_some(), ..shown }
     }
 
     /// The plane cuts away everything that is drawn of a node.

@@ -31,7 +31,6 @@ pub struct NodeTable {
     pub(super) boxes: OnceLock<Vec<Aabb>>,
     pub(super) spheres: OnceLock<Vec<Sphere>>,
     pub(super) dops: OnceLock<Vec<Dop14>>,
-    leaves_per_depth: OnceLock<Vec<usize>>,
     /// The last result of [`NodeTable::visibility`], with the selection's hidden and isolated nodes.
     visibility: Mutex<Option<LastVisibility>>,
 }
@@ -47,7 +46,6 @@ impl NodeTable {
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
             dops: OnceLock::new(),
-            leaves_per_depth: OnceLock::new(),
             visibility: Mutex::new(None),
         }
     }
@@ -114,36 +112,19 @@ impl NodeTable {
         triangles
     }
 
-    /// First and last depth that suit the tree where only leaves are drawn or all nodes, such that about 100 to 200 boxes of either kind,
-    /// 50 to 100 polytopes, or 40 to 60 spheres, are drawn: more cannot be told apart on a screen.
+    /// First and last depth that suit the tree: where all nodes are drawn, of levels with about as many containers as can be told
+    /// apart on a screen; where only leaves are, of all leaves, of which [`NodeTable::shown`] takes the largest.
     pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
-        let most = match self.container_kind() {
+        if leaves_only { self.leaf_depths().unwrap_or_default() } else { self.deepest_level(self.suits()) }
+    }
+
+    /// Most containers that can be told apart on a screen: 200 boxes of either kind, 100 polytopes, or 60 spheres.
+    pub(super) fn suits(&self) -> usize {
+        match self.container_kind() {
             ContainerKind::Aabb | ContainerKind::Oriented => 200,
             ContainerKind::Sphere => 60,
             ContainerKind::Dop14 => 100,
-        };
-        if leaves_only { self.first_leaves(most) } else { self.deepest_level(most) }
-    }
-
-    /// The first level with leaves, and the last above which no more than `most` leaves are.
-    fn first_leaves(&self, most: usize) -> [u32; 2] {
-        let Some([first, _]) = self.leaf_depths() else { return [0; 2] };
-        let counts = &self.leaves_per_depth()[first as usize..];
-        let mut in_all = 0;
-        let levels = counts.iter().take_while(|&&count| {
-            in_all += count;
-            in_all <= most
-        });
-        [first, first + levels.count().saturating_sub(1) as u32]
-    }
-
-    /// Number of leaves at each depth. The first call takes a pass over the tree.
-    fn leaves_per_depth(&self) -> &[usize] {
-        self.leaves_per_depth.get_or_init(|| {
-            let nodes = self.by_depth(self.len() as u32);
-            let levels = self.levels.ranges.iter().map(|range| &nodes[range.start as usize..range.end as usize]);
-            levels.map(|level| level.iter().filter(|&&node| self.is_leaf(node)).count()).collect()
-        })
+        }
     }
 
     /// The deepest level above the first one of more than `most` nodes, and as many above it as together have no more.
@@ -276,10 +257,11 @@ impl NodeTable {
     /// [`NodeTable::drawable`] leaves out something of `settings`.
     pub fn lacks(&self, settings: &OverlaySettings) -> bool {
         let whole = settings.spelt_out(self.container_kind());
-        self.drawable(settings) != OverlaySettings { depth: Some(self.drawn_depths(settings)), ..whole }
+        let depth = (!settings.takes_largest_leaves()).then(|| self.drawn_depths(settings));
+        self.drawable(settings) != OverlaySettings { depth, ..whole }
     }
 
-    /// `settings`, with kinds and depths spelt out, restricted to what can be drawn without another pass over the tree. Until
+    /// `settings`, with kinds and depths spelt out, unless the largest leaves are taken, restricted to what can be drawn without another pass over the tree. Until
     /// [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let own = self.container_kind();
@@ -295,7 +277,11 @@ impl NodeTable {
         let depth = self.drawn_depths(settings);
         let wanted = settings.kinds(own);
         OverlaySettings {
-            depth: Some(if is_listed { depth } else { depth.map(|depth| depth.min(deepest)) }),
+            depth: if is_listed {
+                (!settings.takes_largest_leaves()).then_some(depth)
+            } else {
+                Some(depth.map(|depth| depth.min(deepest)))
+            },
             color_by: if has_color { settings.color_by } else { ColorBy::Depth },
             ..settings.with_kinds(ContainerKind::WITH_ORIENTED.map(|kind| wanted[kind as usize] && self.knows(kind)))
         }

@@ -132,8 +132,11 @@ fn starts(document: &gltf::Document, wanted: Option<usize>, warnings: &mut Warni
     if let Some(scene) = chosen.or_else(|| document.default_scene()).or_else(|| document.scenes().next()) {
         let others = document.scenes().len().saturating_sub(1) as u64;
         let first = usize::from(scene.index() == 0);
-        let what =
-            if wanted.is_some() { "other scenes not shown" } else { "scenes other than the default one not shown" };
+        let what = if wanted.is_some() {
+            "scenes other than the wanted one not shown"
+        } else {
+            "scenes other than the default one not shown"
+        };
         warnings.add_many(others, what, || FileLocation::Json(format!("scenes[{first}]")));
         let mut steps: Vec<Mention> = scene.nodes().map(|node| start(node.index())).collect();
         steps.reverse();

@@ -62,7 +62,7 @@ const DRAWN: &[Row] = &[
     one(
         Action::AutomaticDepths,
         "Automatic depth range",
-        "Show the levels that together hold 100 to 200 containers, in every tree",
+        "Show the levels that together hold 100 to 200 containers, in every tree; of leaves alone, the largest in view",
         &[(CTRL, Key::Period)],
         |state, _| state.wanted.overlay.depth = None,
     )

@@ -161,6 +161,10 @@ const SIDES: [f32; 2] = [232.0, 108.0];
 
 /// Shows the card within `rect`, the viewport's rectangle.
 pub(crate) fn lesson(ui: &Ui, rect: Rect, state: &mut AppState) {
+    if state.layout.start_page_open {
+        // It would cover that.
+        return;
+    }
     let Some(mut reading) = state.layout.lesson.take() else { return };
     if let Some(shown) = &state.model.presented {
         reading.measure(shown, &state.wanted.camera);

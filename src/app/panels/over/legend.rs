@@ -104,8 +104,11 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     // Listed even while no container is hovered, so that the legend's height stays the same.
     let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
     let mut marked: Vec<(&[Role], &str)> = Vec::new();
-    if selected.is_some() {
-        marked.extend([(&[Role::Selected][..], "selected"), (&[Role::FirstChild, Role::SecondChild], "children")]);
+    if let Some(node) = selected {
+        marked.push((&[Role::Selected], "selected"));
+        if !shown.table.is_leaf(node) {
+            marked.push((&[Role::FirstChild, Role::SecondChild], "children"));
+        }
     }
     marked.push((&[Role::Hovered], if selected.is_some() { "hovered" } else { "under the pointer" }));
     if let Some(standing) = standing {
@@ -152,6 +155,9 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], depths)])])
     } else if drawn.color_by == ColorBy::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
+    } else if drawn.color_by == ColorBy::Planes {
+        let kinds = legend.stops.into_iter().map(|(at, kind)| (vec![overlay::ramp(at)], kind)).collect();
+        (format!("Containers: {}", lower(legend.title)), vec![Part::Swatches(kinds)])
     } else {
         let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
         (format!("Containers: {}", lower(legend.title)), vec![ramp])

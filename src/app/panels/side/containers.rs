@@ -80,7 +80,7 @@ fn has_no_other(state: &AppState) -> bool {
 fn kinds(ui: &mut Ui, state: &mut AppState) {
     let kind = state.container_kind();
     let overlay = &mut state.wanted.overlay;
-    row(ui, "Show", "Boxes, spheres and polytopes, whichever the tree is built with (B hides all)", |ui| {
+    row(ui, "Show", "Boxes, spheres and 14-DOPs, whichever the tree is built with (B hides all)", |ui| {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
                 let mut kinds = overlay.kinds(kind);
@@ -94,7 +94,7 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
             // A narrow panel stays as it is where there is one more kind.
             ui.horizontal_wrapped(|ui| {
                 let mut kinds = overlay.kinds(kind);
-                let mut by_hand = check(ui, &mut kinds[2], "DOPs", "Draw the polytopes of 14 planes around nodes");
+                let mut by_hand = check(ui, &mut kinds[2], "14-DOPs", "Draw the 14-DOPs around nodes");
                 if kind == ContainerKind::Oriented || kinds[3] {
                     let tip = "Draw the turned and skewed boxes of a tree after the pass Orient";
                     by_hand |= check(ui, &mut kinds[3], "Oriented", tip);

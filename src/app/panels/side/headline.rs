@@ -104,6 +104,12 @@ fn build_tip(shown: Option<&Presented>) -> String {
     let ready = ready.map_or_else(String::new, |ready| {
         format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(milliseconds(ready)))
     });
+    if let Some(shown) = shown.filter(|shown| shown.accel.is_followed()) {
+        let policy = shown.accel.follow.policy.label();
+        return format!(
+            "Wall-clock time of changing the tree of the moment before by the policy {policy}{ready}. Lower is better"
+        );
+    }
     let of = match shown.and_then(reused_stages) {
         Some(text) => format!("the sum of the stages that ran. {text}: it is not the time of a whole build"),
         None if shown.is_some_and(|shown| shown.accel.whole_builds().is_some()) => {
@@ -163,7 +169,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     [
         Tile {
             quantity: BUILD_MS,
-            name: "Build time",
+            name: if shown.is_some_and(|shown| shown.accel.is_followed()) { "Update time" } else { "Build time" },
             number: build,
             second: second_build,
             unit,
@@ -191,7 +197,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             second: of_second(TESTS_PER_ENTERING_RAY),
             unit: "",
             remark: None,
-            tip: "Container and triangle tests of a primary ray that enters the root, on average, in a view of 1024×1024 pixels that frames the model: the same in every window. Section Trace has the mean of this picture. Lower is better"
+            tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels that frames the model: the same in every window. Section Trace has the mean of this picture. Lower is better"
                 .to_owned(),
             term: &terms::TESTS_PER_RAY,
         },

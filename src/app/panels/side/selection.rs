@@ -11,6 +11,9 @@ use crate::catalog::metrics;
 use crate::catalog::terms;
 use crate::lab::node_values::NodeValues;
 
+/// Label of the area of a container in percent of that of the box along the axes around the same triangles.
+const OF_PLAIN_BOX: &str = "Area of its plain box";
+
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let Some(first) = state.model.presented.clone() else { return };
@@ -134,17 +137,17 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
             let kind = Statistic::new("Planes", container.kind().label().to_owned());
             let tip = "A plain box lies along the axes, a fitted one is turned, a skewed one lies between planes of the 14-DOP";
             statistic(ui, state, &kind.tip(tip));
-            let tip = "Surface area over that of the plain box: the less, the more the turned planes help";
+            let tip = "Its surface area as a share of that of the plain box: the less, the more the turned planes help";
             let text = format::percent(f64::from(container.share_of_plain()));
-            statistic(ui, state, &Statistic::new("Of its box", text).tip(tip));
+            statistic(ui, state, &Statistic::new(OF_PLAIN_BOX, text).tip(tip));
         }
         ContainerKind::Dop14 => {
             let dop = table.node_dop(node);
             let of_box = f64::from(dop.half_area()) / f64::from(dop.bounds.half_area());
             let text = if of_box.is_finite() { format::percent(of_box) } else { "–".to_owned() };
             let tip =
-                "Surface area of its polytope over that of the box around it: the less, the more its cut corners help";
-            statistic(ui, state, &Statistic::new("Of its box", text).tip(tip));
+                "Its surface area as a share of that of the box around it: the less, the more its cut corners help";
+            statistic(ui, state, &Statistic::new(OF_PLAIN_BOX, text).tip(tip));
         }
     }
     let area = f64::from(table.area_share(node));
@@ -182,7 +185,7 @@ fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let box_of = match table.container_kind() {
         ContainerKind::Aabb => "the box",
         ContainerKind::Sphere => "the box around the sphere",
-        ContainerKind::Dop14 => "the box around the polytope",
+        ContainerKind::Dop14 => "the box around the 14-DOP",
         ContainerKind::Oriented => "the plain box",
     };
     for (name, which, at) in [("From", "Lower", bounds.min), ("To", "Upper", bounds.max)] {

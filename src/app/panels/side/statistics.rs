@@ -235,7 +235,12 @@ fn changing(ui: &mut Ui, state: &mut AppState, shown: &Presented, number: &Numbe
         if value.fract() == 0.0 && value >= 0.0 { format::count(value as u64) } else { format::significant(value) }
     };
     let row = if let Some(second) = &state.model.second {
-        let second = second.numbers().value(number).map_or_else(|| "…".to_owned(), text);
+        let second = match number.compared {
+            Some(_) => second.numbers().value(number).map_or_else(|| "…".to_owned(), text),
+            // Not among the numbers that are kept to be compared.
+            None => (number.get)(&second.reading())
+                .map_or_else(|| "–".to_owned(), |value| format::of_number(number, &value)),
+        };
         row.beside(second, state.model.compare(number))
     } else if let Some((before, now, verdict)) = recent_change(ui, shown, number) {
         row.change(text(before), (before, now), verdict)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bvhscope_engine::settings::BuildSettings;
-use egui::{Align, Button, Checkbox, Grid, Label, Layout, RadioButton, RichText, Ui};
+use egui::{Button, Checkbox, Grid, Label, RadioButton, RichText, Ui};
 
 use crate::app::commands::{Action, CompareStep};
 use crate::app::state::{AppState, TreeSide};
@@ -82,20 +82,15 @@ fn tree_file(ui: &mut Ui, state: &mut AppState) {
     let Some(path) = state.wanted.tree_file(state.edited_side()).map(Path::to_path_buf) else { return };
     row(ui, "From file", "The tree is read from this file, and again whenever it is written", |ui| {
         ui.horizontal(|ui| {
-            let tip = "Build the tree with the settings below instead";
-            let remove = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let response = ui.button("Build instead").tip(tip);
-                let name = file_name(&path);
-                let name = format::elide_middle(&name, (ui.available_width() / 7.5) as usize);
-                ui.add(Label::new(RichText::new(name).strong()).truncate()).tip(path.display().to_string());
-                response
-            });
-            if remove.inner.clicked() {
-                Action::BuildTree.perform(state);
-            }
+            let name = format::elide_middle(&file_name(&path), (ui.available_width() / 7.5) as usize);
+            ui.add(Label::new(RichText::new(name).strong()).truncate()).tip(path.display().to_string());
         })
         .response
     });
+    // On a line of its own, so that names of files are not cut.
+    if ui.button("Build instead").tip("Build the tree with the settings below instead").clicked() {
+        Action::BuildTree.perform(state);
+    }
     let dim = theme::palette(ui).dim;
     ui.add(Label::new(RichText::new("A change below builds the tree here instead").small().color(dim)).wrap());
 }

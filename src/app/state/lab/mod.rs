@@ -24,11 +24,10 @@ use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
 use crate::lab::icicle::IcicleWidth;
 use crate::lab::node_values::KnownVisits;
-use crate::lab::population::{Population, ViewRays};
+use crate::lab::population::{MeasuredVisits, Population, ViewRays};
 use crate::lab::scaffold::Scaffold;
 use crate::scene::Scene;
 use bvhscope_engine::tree::survival::Survival;
-use bvhscope_engine::tree::visits::Visits;
 
 /// State of the dock's views. Nothing here outlives the run.
 #[derive(Debug, Default)]
@@ -52,7 +51,7 @@ pub struct LabState {
     /// The kind of rays that visits are measured by.
     pub population: Population,
     /// How often the chosen rays visit each node.
-    pub visits: Study<ViewRays, Visits>,
+    pub visits: Study<ViewRays, MeasuredVisits>,
     /// The primary rays by whose view visits are measured, and their scene: the view when visits were first wanted, so that numbers stay
     /// the same while the user looks at nodes from elsewhere, and can be compared from tree to tree.
     pub(in crate::app::state) rays: Option<(Weak<Scene>, ViewRays)>,
@@ -101,8 +100,9 @@ impl LabState {
     /// Inputs of the scatter of `accel`'s nodes; `None` while its visits are not known.
     pub fn scatter_inputs(&self, accel: &Arc<Accel>) -> Option<ScatterInputs> {
         let rays = self.rays(&accel.scene)?;
-        let visits = KnownVisits(Arc::clone(self.visits.get(accel, &rays)?));
-        Some(ScatterInputs { rays, visits })
+        let measured = self.visits.get(accel, &rays)?;
+        let visits = KnownVisits(Arc::clone(&measured.visits));
+        Some(ScatterInputs { rays, sums: measured.sums.clone(), visits })
     }
 
     /// Notes a tree that is shown, and what rays cost in it where that is known; called each UI frame.
@@ -130,7 +130,7 @@ impl LabState {
 
     /// The visits of `accel` that were measured last, by whichever rays.
     pub fn known_visits(&self, accel: &Arc<Accel>) -> Option<KnownVisits> {
-        self.visits.of_tree(accel).map(|visits| KnownVisits(Arc::clone(visits)))
+        self.visits.of_tree(accel).map(|measured| KnownVisits(Arc::clone(&measured.visits)))
     }
 }
 

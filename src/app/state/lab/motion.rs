@@ -61,7 +61,13 @@ impl MotionQuantity {
 
 /// The times of a tree in a frame.
 pub fn frame_cost(row: &MotionRow) -> FrameCost {
-    FrameCost { frame: row.frame, ready_ms: row.update.ready_time().as_secs_f64() * 1e3, ray_ns: row.ray_ns }
+    FrameCost {
+        frame: row.frame,
+        ready_ms: row.update.ready_time().as_secs_f64() * 1e3,
+        ray_ns: row.ray_ns,
+        ray_spread_ns: row.ray_spread_ns.map(|[fastest, slowest]| slowest - fastest),
+        tests: row.tests_per_ray(),
+    }
 }
 
 /// Inputs of the measurements.

@@ -11,7 +11,7 @@ use crate::app::state::study::Study;
 use crate::catalog::settings::short_name;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
-use crate::lab::population::ViewRays;
+use crate::lab::population::{MeasuredRays, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -132,7 +132,7 @@ pub struct PlottedTree {
     pub build_ms: Option<f64>,
     /// SAH cost.
     pub sah_cost: f64,
-    /// Tests of a ray that enters the root in the measuring view, once they are counted.
+    /// Tests of a ray that enters the scene's box in the measuring view, once they are counted.
     pub tests: Option<f64>,
     /// End-point overlap, once it is known.
     pub epo: Option<f64>,
@@ -287,12 +287,21 @@ pub struct TreeToMeasure {
 }
 
 /// Inputs of the scatter of nodes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ScatterInputs {
     /// The rays.
     pub rays: ViewRays,
+    /// Counts of them.
+    pub sums: MeasuredRays,
     /// Their visits.
     pub visits: KnownVisits,
+}
+
+impl PartialEq for ScatterInputs {
+    /// The counts follow from the visits.
+    fn eq(&self, other: &Self) -> bool {
+        self.rays == other.rays && self.visits == other.visits
+    }
 }
 
 /// The view "Plots".

@@ -36,8 +36,8 @@ fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let triangles = shown.table.known_primitives(node);
     // A leaf holds at least one triangle, so a subtree of so many has no more leaves.
     let small = triangles.is_none_or(|count| count as usize <= MAX_EXACT_LEAVES);
-    let count = triangles.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
-    let label = format!("Compare node {} ({count} triangles)", format::count(node.into()));
+    let count = triangles.map_or_else(|| "…".to_owned(), |count| format::counted(count.into(), "triangle"));
+    let label = format!("Compare node {} ({count})", format::count(node.into()));
     let tip = "Merges the leaves below it again, each time the closest pair of all, and compares both subtrees";
     if ui.add_enabled(small, egui::Button::new(label)).tip(tip).clicked() {
         state.lab.merges.want_price(&shown.accel, node);

@@ -19,7 +19,11 @@ const MOST: usize = 24;
 const CELL: [f32; 2] = [7.0, 22.0];
 
 /// Height of the legend below the matrix in points.
-const LEGEND: f32 = 36.0;
+const LEGEND: f32 = 2.0 * (LEGEND_ROW + LEGEND_GAP) + 4.0;
+/// Height of each of its two rows in points.
+const LEGEND_ROW: f32 = 14.0;
+/// Distance between them in points.
+const LEGEND_GAP: f32 = 2.0;
 
 /// Shows why the present merge was made, or the last that was explained.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
@@ -137,7 +141,7 @@ fn matrix(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, choice: &MergeC
     } else {
         let times = merge_area(kind, distance(row, column)) / merge_area(kind, choice.winner.distance);
         let times = format::significant(f64::from(times));
-        format!("Nodes {} and {}\nTogether {times} times the area of what was merged", node(row), node(column))
+        format!("{}\nTogether {times} times the area of what was merged", pair("Nodes", [node(row), node(column)]))
     };
     let hint = if study.table.is_none() { "\nClick to select the node of this row, and see its own merge" } else { "" };
     response.on_hover_text_at_pointer(format!("{text}{hint}"));
@@ -146,7 +150,8 @@ fn matrix(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, choice: &MergeC
 /// The colours of the matrix, and the frames in it.
 fn legend(ui: &mut Ui, has_runner_up: bool) {
     let palette = theme::palette(ui);
-    ui.spacing_mut().item_spacing = vec2(6.0, 2.0);
+    ui.spacing_mut().item_spacing = vec2(6.0, LEGEND_GAP);
+    ui.spacing_mut().interact_size.y = LEGEND_ROW;
     let small = |text: &str| Label::new(RichText::new(text).small().color(palette.dim));
     ui.horizontal(|ui| {
         ui.add(small("close"));
@@ -185,11 +190,8 @@ fn words(ui: &mut Ui, shown: &Presented, study: &MergeStudy, choice: &MergeChoic
     let number = format::count(u64::from(choice.merge) + 1);
     line(format!("Merge {number} as built chose from {} clusters, {pairs}", format::count(count)), palette.dim);
     let share = area_share(shown, study, choice.node);
-    let [a, b] = choice.winner.nodes;
-    line(
-        format!("Winner: nodes {a} and {b}. Their union has {} of the root's area, the least", format::percent(share)),
-        palette.warm,
-    );
+    let winner = pair("Winner: nodes", choice.winner.nodes);
+    line(format!("{winner}. Their union has {} of the root's area, the least", format::percent(share)), palette.warm);
     line(margin(choice, container_kind(study)), palette.text);
     if places_left_out(choice) {
         line("The matrix has the closest of the list".to_owned(), palette.dim);
@@ -224,14 +226,20 @@ fn places_left_out(choice: &MergeChoice) -> bool {
     choice.clusters.len() > MOST
 }
 
+/// Two nodes behind their noun: "Nodes 1,286 and 9".
+fn pair(noun: &str, nodes: [u32; 2]) -> String {
+    let [a, b] = nodes.map(|node| format::count(node.into()));
+    format!("{noun} {a} and {b}")
+}
+
 /// By how much the runner-up lost.
 fn margin(choice: &MergeChoice, kind: ContainerKind) -> String {
     let Some(runner_up) = &choice.runner_up else { return "There was no other pair".to_owned() };
-    let [a, b] = runner_up.nodes;
+    let name = pair("Runner-up: nodes", runner_up.nodes);
     let [won, lost] =
         [choice.winner.distance, runner_up.distance].map(|distance| f64::from(merge_area(kind, distance)));
     if lost > won && won > 0.0 {
-        return format!("Runner-up: nodes {a} and {b}, with {} more area", format::percent(lost / won - 1.0));
+        return format!("{name}, with {} more area", format::percent(lost / won - 1.0));
     }
     let [own, other] = [choice.winner.primitives, runner_up.primitives].map(|count| format::count(u64::from(count)));
     let why = if own == other {
@@ -239,7 +247,7 @@ fn margin(choice: &MergeChoice, kind: ContainerKind) -> String {
     } else {
         format!("but {other} triangles, where the winner has {own}: fewer win")
     };
-    format!("Runner-up: nodes {a} and {b}, with the same area, {why}")
+    format!("{name}, with the same area, {why}")
 }
 
 /// Area of a node of the record as a fraction of the root's.
@@ -254,7 +262,7 @@ mod tests {
 
     fn choice(distances: [f32; 2], primitives: [u32; 2]) -> MergeChoice {
         let pair = |at: usize| ClusterPair {
-            nodes: [3 + 2 * at as u32, 4 + 2 * at as u32],
+            nodes: [1003 + 2 * at as u32, 4 + 2 * at as u32],
             distance: distances[at],
             primitives: primitives[at],
         };
@@ -274,6 +282,7 @@ mod tests {
     fn the_margin_is_of_areas() {
         let text = |kind| margin(&choice([2.0, 3.0], [2, 2]), kind);
         assert!(text(ContainerKind::Aabb).ends_with("50.0 % more area"), "{}", text(ContainerKind::Aabb));
+        assert!(text(ContainerKind::Aabb).starts_with("Runner-up: nodes 1,005 and 6, with "));
         assert!(text(ContainerKind::Sphere).ends_with("125 % more area"), "{}", text(ContainerKind::Sphere));
     }
 

@@ -99,7 +99,7 @@ fn show_row(ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRo
         let min = pos2(response.rect.left() + indent, response.rect.top());
         let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));
         let unfolded = state.lab.outline.is_unfolded(node);
-        let label = format!("{} node {node}", if unfolded { "Fold" } else { "Unfold" });
+        let label = format!("{} node {}", if unfolded { "Fold" } else { "Unfold" }, format::count(node.into()));
         if icon_button(ui, rect, Icon::Fold(unfolded), &label).clicked() {
             state.lab.outline.toggle(node, table);
         }

@@ -10,28 +10,42 @@ use crate::app::state::{AppState, Request};
 use crate::app::theme;
 use crate::app::widgets::{Tip as _, chip, plain_drop_down};
 
+/// Width of the dock in points from which the buttons name the paper's tables and figures, and stand apart.
+const NUMBERS_FROM: f32 = 1140.0;
+
 /// Shows the controls.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
-    ui.horizontal_wrapped(|ui| {
-        experiments(ui, state);
-        ui.add_space(8.0);
-        run(ui, state);
-        ui.add_space(8.0);
-        output(ui, state);
+    ui.scope(|ui| {
+        if ui.available_width() < NUMBERS_FROM {
+            // Each of the two rows stays one in a window of 1024 points.
+            ui.spacing_mut().item_spacing.x = 4.0;
+        }
+        ui.horizontal_wrapped(|ui| {
+            experiments(ui, state);
+            ui.add_space(8.0);
+            run(ui, state);
+            ui.add_space(8.0);
+            output(ui, state);
+        });
+        ui.horizontal_wrapped(|ui| settings(ui, state));
     });
-    ui.horizontal_wrapped(|ui| settings(ui, state));
 }
 
 /// Buttons that choose the experiment.
 fn experiments(ui: &mut Ui, state: &mut AppState) {
+    let has_room = ui.available_width() >= NUMBERS_FROM;
     for experiment in Experiment::ALL {
         let on = state.preferences.paper.experiment == experiment;
         let number = RichText::new(experiment.in_paper()).small().color(theme::palette(ui).dim);
-        let button = match experiment.in_paper() {
-            "" => Button::new(experiment.label()),
-            _ => Button::new((experiment.label(), number)),
+        let (button, tip) = match experiment.in_paper() {
+            "" => (Button::new(experiment.label()), experiment.description().to_owned()),
+            in_paper => {
+                let button = Button::new(experiment.label());
+                let button = if has_room { Button::new((experiment.label(), number)) } else { button };
+                (button, format!("{} (the paper's {in_paper})", experiment.description()))
+            }
         };
-        let response = ui.add(button.selected(on)).tip(experiment.description());
+        let response = ui.add(button.selected(on)).tip(tip);
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, experiment.label()));
         if response.clicked() {
             state.preferences.paper.choose(experiment);
@@ -137,7 +151,7 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
     number(ui, "to", "The largest threshold that is measured", last, *first..=LIMITS[1]);
     let symbol = PaperPlan::CURVES.symbol().unwrap_or_default();
     ui.label(RichText::new(symbol).color(theme::palette(ui).dim));
-    ui.spacing_mut().item_spacing.x = 4.0;
+    let spacing = std::mem::replace(&mut ui.spacing_mut().item_spacing.x, 4.0);
     for value in PaperPlan::CURVE_VALUES {
         let on = plan.has_curve(value);
         let response = ui.add(Button::new(value.to_string()).selected(on));
@@ -147,7 +161,7 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
             plan.toggle_curve(value);
         }
     }
-    ui.spacing_mut().item_spacing.x = 8.0;
+    ui.spacing_mut().item_spacing.x = spacing;
 }
 
 /// A labelled drop-down list.

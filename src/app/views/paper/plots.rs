@@ -28,7 +28,8 @@ const MARKER: f32 = 3.0;
 /// Shows the plots side by side, in as many lines as they need.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
     let charts = &result.figure.charts;
-    for family in charts.chunk_by(|a, b| a.title.is_empty() == b.title.is_empty()) {
+    // Those of one container have rows of their own.
+    for family in charts.chunk_by(|a, b| a.title.is_empty() == b.title.is_empty() && a.rows == b.rows) {
         legend(ui, family);
         let names = names_width(&family[0]);
         let gap = ui.spacing().item_spacing.x;

@@ -17,7 +17,6 @@ use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::View;
 use crate::app::widgets::{Tip as _, chip};
 use crate::lab::at_rest::measure_at_rest;
-use crate::lab::population::MeasuredRays;
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
 use bvhscope_engine::builders::BuildError;
@@ -122,7 +121,7 @@ fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
     studies.add(plan, |accel, inputs: &ScatterInputs, token| {
         // Plotted beside the measured cost.
         accel.epo(token)?;
-        VisitScatter::new(accel, inputs.rays.population(), &inputs.visits, token)
+        VisitScatter::new(accel, inputs.sums.clone(), &inputs.visits, token)
     })
 }
 
@@ -155,7 +154,6 @@ fn measure_tree(
     };
     measure_at_rest(&accel, &token.part(1, 3))?;
     accel.epo(token)?;
-    let visits = rays.measure(&accel, &token.part(2, 3))?;
-    let sums = MeasuredRays::new(rays.population(), &accel, &visits, token)?;
+    let sums = rays.measure(&accel, &token.part(2, 3))?.sums;
     Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))
 }

@@ -45,17 +45,18 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 /// The sums of the measurement in a line.
 fn counts(ui: &mut Ui, scatter: &VisitScatter, shown: &Presented) {
     let sums = &scatter.sums;
-    let [rays, entering] = [sums.rays, sums.root_hits].map(|count| format::count(u64::from(count)));
+    let [rays, hits, entering] =
+        [sums.rays, sums.root_hits, sums.entering_rays.unwrap_or(0)].map(|count| format::count(u64::from(count)));
     let each = |visits: f64| format::significant(visits / f64::from(sums.root_hits.max(1)));
     let text = format!(
-        "{}: {entering} of {rays} rays enter the root · {} tests each · {} visits, {} predicted · cost {}, SAH {} · {} never visited",
+        "{}: {hits} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {} · {} never visited · {entering} enter the scene's box: {} tests each",
         sums.population.label(),
-        sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), format::significant),
         each(sums.visits as f64),
         each(sums.predicted_visits),
         format::significant(sums.cost),
         format::significant(f64::from(shown.accel.report.stats.sah_cost)),
         format::counted(scatter.never as u64, "node"),
+        sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), format::significant),
     );
     let tip = format!(
         "{}. Cost: what the tests of a ray that enters the root cost, in the unit of the SAH cost, which predicts it. {} with less than one predicted visit are not drawn",
