@@ -3,10 +3,12 @@
 use super::format::{models, name_among};
 use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
 use crate::lab::measurement::Measurement;
+use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere};
 use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::wide::{WideContainer, WideNode};
 
 /// For each model and each container beside the paper's that was measured with the box: the tests of the picture's rays and of each
-/// population, and the time of a test.
+/// population, the time of a test, and the size of a node.
 pub(super) fn findings(rows: &[Measurement]) -> Vec<String> {
     let all = models(rows);
     let sentence = |model: &str, kind: ContainerKind| {
@@ -19,7 +21,8 @@ pub(super) fn findings(rows: &[Measurement]) -> Vec<String> {
     pairs.filter_map(|(model, kind)| sentence(model, kind)).collect()
 }
 
-/// "14-DOPs take 41 % fewer tests of bounce rays, 3 % more of primary rays, at 1.9 times the price of a test".
+/// "14-DOPs take 41 % fewer tests of bounce rays, 3 % more of primary rays, at 1.9 times the price of a test and 480 bytes for a node of
+/// the wide tree instead of 224".
 fn finding(boxes: &Measurement, other: &Measurement) -> Option<String> {
     let of_picture = other.number(TESTS_PER_RAY) / boxes.number(TESTS_PER_RAY);
     let mut parts = vec![format!("{} tests of the picture's rays", change(of_picture)?)];
@@ -31,7 +34,22 @@ fn finding(boxes: &Measurement, other: &Measurement) -> Option<String> {
     }
     let price = other.number(TRACE_MS) / boxes.number(TRACE_MS) / of_picture;
     let price = if price.is_finite() { format!(", at {price:.2} times the price of a test") } else { String::new() };
-    Some(format!("{} take {}{price}", other.container.plural(), parts.join(", ")))
+    let [node, of_boxes] = [other.container, boxes.container].map(node_bytes);
+    Some(format!(
+        "{} take {}{price} and {node} bytes for a node of the wide tree instead of {of_boxes}",
+        other.container.plural(),
+        parts.join(", ")
+    ))
+}
+
+/// Size of a node of the wide tree.
+const fn node_bytes(kind: ContainerKind) -> usize {
+    match kind {
+        ContainerKind::Aabb => size_of::<WideNode<<Aabb as WideContainer>::Bounds>>(),
+        ContainerKind::Sphere => size_of::<WideNode<<Sphere as WideContainer>::Bounds>>(),
+        ContainerKind::Dop14 => size_of::<WideNode<<Dop14 as WideContainer>::Bounds>>(),
+        ContainerKind::Oriented => size_of::<WideNode<<OrientedBox as WideContainer>::Bounds>>(),
+    }
 }
 
 /// "41 % fewer", "3 % more" or, from threefold on, "3.5 times as many".
@@ -65,7 +83,7 @@ mod tests {
         let boxes = row(ContainerKind::Aabb, 50.0, 20.0, rays(50.5));
         let dops = row(ContainerKind::Dop14, 60.0, 15.0, rays(25.25));
         let expected = "thing.obj: 14-DOPs take 25 % fewer tests of the picture's rays, 50 % fewer of bounce rays, at 1.60 \
-                        times the price of a test.";
+                        times the price of a test and 480 bytes for a node of the wide tree instead of 224.";
         assert_eq!(findings(&[boxes.clone(), dops.clone()]), [expected]);
         assert_eq!(change(3.54).as_deref(), Some("3.5 times as many"));
         assert_eq!(findings(&[dops, Measurement { container: ContainerKind::Sphere, ..boxes }]), Vec::<String>::new());
