@@ -5,9 +5,10 @@ use glam::{Vec3, Vec3A};
 use super::intersect::FAR_SLACK;
 use super::oriented::{ORIENTED_PAD, OrientedBox};
 use super::prepared_ray::{PARALLEL_PAD, PreparedRay};
+use super::ray::Ray;
 
 /// Sum of an origin's absolute coordinates above which dot products with it may leave the range of single precision.
-const FARTHEST: f32 = 1e37;
+pub(crate) const FARTHEST: f32 = 1e37;
 
 /// A ray as tests against planes askew need it.
 #[derive(Debug, Clone, Copy)]
@@ -21,11 +22,7 @@ pub struct OrientedRay {
 impl OrientedRay {
     /// The part of `ray`. One from so far away that dot products could overflow enters every box.
     pub fn new(ray: &PreparedRay) -> Self {
-        Self::of(ray.ray.origin, ray.ray.direction)
-    }
-
-    /// The part of the ray from `origin` in `direction`.
-    pub(crate) fn of(origin: Vec3, direction: Vec3) -> Self {
+        let Ray { origin, direction, .. } = ray.ray;
         let size = origin.abs().element_sum();
         if size <= FARTHEST {
             return Self { origin, direction, pad: ORIENTED_PAD * size };

@@ -29,12 +29,14 @@ pub(crate) fn prefetch_pair<T>(list: &[T], first: usize) {
     prefetch(list, first + 1);
 }
 
-/// Prefetches `bytes` at `address`, which span three or four cache lines, without a branch for how many.
+/// Prefetches `bytes` at `address`, half a cache line or more, which begin in the first half of a line.
 #[inline(always)]
-pub(crate) fn prefetch_four_lines(address: *const u8, bytes: usize) {
-    for offset in [0, LINE, 2 * LINE, bytes - LINE / 2] {
+pub(crate) fn prefetch_lines(address: *const u8, bytes: usize) {
+    let last = bytes - LINE / 2;
+    for offset in (0..last).step_by(LINE) {
         prefetch_line(address.wrapping_add(offset));
     }
+    prefetch_line(address.wrapping_add(last));
 }
 
 #[inline(always)]
@@ -62,8 +64,8 @@ mod tests {
         }
         prefetch::<u32>(&[], 5);
         prefetch_whole::<[f32; 9]>(&[], 5);
-        prefetch_four_lines(list.as_ptr().cast(), 200);
-        prefetch_four_lines(list.as_ptr().wrapping_add(99).cast(), 256);
+        prefetch_lines(list.as_ptr().cast(), 200);
+        prefetch_lines(list.as_ptr().wrapping_add(99).cast(), 256);
         assert_eq!(list, [[1; 25]; 7]);
     }
 }

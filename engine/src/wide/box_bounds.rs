@@ -29,7 +29,7 @@ impl<S: Simd> LaneTest<S, BoxLanes> for BoxRay<S> {
     #[inline(always)]
     fn intersect_lanes(&self, simd: S, bounds: &BoxLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let (entry, exit) = self.between(simd, bounds);
-        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+        (entry.simd_le((exit * FAR_SLACK).min(f32x8::splat(simd, t_max))), entry)
     }
 }
 
@@ -89,7 +89,7 @@ impl WideContainer for Aabb {
 }
 
 impl<S: Simd> BoxRay<S> {
-    /// Distances at which the ray enters and leaves each box.
+    /// Distances at which the ray enters and leaves each box, the second without [`FAR_SLACK`].
     #[inline(always)]
     pub(crate) fn between(&self, simd: S, bounds: &BoxLanes) -> (f32x8<S>, f32x8<S>) {
         let coordinates: &[f32; 6 * WIDTH] = bytemuck::cast_ref(&bounds.0);
@@ -102,6 +102,6 @@ impl<S: Simd> BoxRay<S> {
             (self.far_origin[axis] - planes(axis, self.near[axis] & WIDTH ^ WIDTH)) * self.negative_inverse[axis]
         });
         let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
-        (entry, far[0].min(far[1]).min(far[2]) * FAR_SLACK)
+        (entry, far[0].min(far[1]).min(far[2]))
     }
 }

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 
 use crate::geometry::{Aabb, DIAGONAL_PAD, Dop14, FAR_SLACK, PARALLEL_PAD, Ray};
+use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
 use crate::wide::bounds::{Whole, WideContainer};
 use crate::wide::box_bounds::BoxRay;
@@ -42,21 +43,21 @@ impl<S: Simd> LaneTest<S, DopLanes> for DopRay<S> {
             let near = f32x8::load_array_ref(simd, &bounds.planes[diagonal][self.near[diagonal] & 1]);
             let far = f32x8::load_array_ref(simd, &bounds.planes[diagonal][self.near[diagonal] & 1 ^ 1]);
             entry = entry.max((self.near_origin[diagonal] - near) * self.negative_inverse[diagonal]);
-            exit = exit.min((self.far_origin[diagonal] - far) * self.negative_inverse[diagonal] * FAR_SLACK);
+            exit = exit.min((self.far_origin[diagonal] - far) * self.negative_inverse[diagonal]);
         }
-        (entry.simd_le(exit.min(f32x8::splat(simd, t_max))), entry)
+        (entry.simd_le((exit * FAR_SLACK).min(f32x8::splat(simd, t_max))), entry)
     }
 }
 
 impl RayRows for Dop14 {
-    const OTHER_ROWS: usize = 9;
+    const OTHER_ROWS: usize = 3 * DIAGONALS;
 
-    /// Origin along each diagonal, reciprocals of the direction along each, and the pad; see
-    /// [`DiagonalRay`](crate::geometry::DiagonalRay).
+    /// Along each diagonal the origin for tests against near planes, that for tests against far ones, and the negative reciprocal of the
+    /// direction; see [`DiagonalRay`](crate::geometry::DiagonalRay).
     #[inline(always)]
     fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
         let (zero, one, largest) = (V::splat(simd, 0.0), V::splat(simd, 1.0), V::splat(simd, f32::MAX));
-        let [o0, o1, o2, o3] = along_diagonals(origin);
+        let origins = along_diagonals(origin);
         let mut inverses = along_diagonals(direction);
         let mut parallel_pad = zero;
         for inverse in &mut inverses {
@@ -65,9 +66,15 @@ impl RayRows for Dop14 {
             *inverse = crosses.select(reciprocal, largest);
             parallel_pad = crosses.select(parallel_pad, V::splat(simd, PARALLEL_PAD));
         }
-        let [i0, i1, i2, i3] = inverses;
         let pad = (origin[0].abs() + origin[1].abs() + origin[2].abs()) * DIAGONAL_PAD + parallel_pad;
-        [o0, o1, o2, o3, i0, i1, i2, i3, pad]
+        let mut rows = [zero; OTHER_ROWS];
+        for diagonal in 0..DIAGONALS {
+            let inwards = inverses[diagonal].simd_lt(zero).select(zero - pad, pad);
+            rows[diagonal] = origins[diagonal] + inwards;
+            rows[DIAGONALS + diagonal] = origins[diagonal] - inwards;
+            rows[2 * DIAGONALS + diagonal] = -inverses[diagonal];
+        }
+        rows
     }
 }
 
@@ -111,14 +118,13 @@ impl WideContainer for Dop14 {
             far_origin: [zero; DIAGONALS],
             negative_inverse: [zero; DIAGONALS],
         };
-        let pad = rays.others[2 * DIAGONALS][at % N];
         for diagonal in 0..DIAGONALS {
-            let (origin, inverse) = (rays.others[diagonal][at % N], rays.others[DIAGONALS + diagonal][at % N]);
-            let pad = if inverse < 0.0 { -pad } else { pad };
-            ray.near[diagonal] = usize::from(inverse < 0.0);
-            ray.near_origin[diagonal] = f32x8::splat(simd, origin + pad);
-            ray.far_origin[diagonal] = f32x8::splat(simd, origin - pad);
-            ray.negative_inverse[diagonal] = f32x8::splat(simd, -inverse);
+            let [near, far, inverse] = each!(part => rays.others[part * DIAGONALS + diagonal][at % N]);
+            // The lower planes are near where the direction is positive, which makes the negative reciprocal negative.
+            ray.near[diagonal] = (inverse.to_bits() >> 31 ^ 1) as usize;
+            ray.near_origin[diagonal] = f32x8::splat(simd, near);
+            ray.far_origin[diagonal] = f32x8::splat(simd, far);
+            ray.negative_inverse[diagonal] = f32x8::splat(simd, inverse);
         }
         ray
     }

@@ -11,7 +11,7 @@ use fearless_simd::{Select, Simd, SimdBase, f32x4, mask32x4};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{NEEDLE_ASPECT, Triangle};
 use crate::kernel::each;
-use crate::kernel::prefetch::prefetch_four_lines;
+use crate::kernel::prefetch::prefetch_lines;
 use crate::wide::block::TriangleBlock;
 use crate::wide::child::{Child, LeafRange};
 use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
@@ -102,7 +102,7 @@ impl Leaves {
     #[inline(always)]
     pub(crate) fn prefetch(&self, leaf: Child) {
         let bytes = size_of::<[f32; VALUES]>();
-        prefetch_four_lines(self.values.as_ptr().cast::<u8>().wrapping_add(leaf.index() * bytes), BLOCK * bytes);
+        prefetch_lines(self.values.as_ptr().cast::<u8>().wrapping_add(leaf.index() * bytes), BLOCK * bytes);
     }
 
     /// Size in bytes.

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 use glam::Vec3;
 
-use crate::geometry::{Aabb, FAR_SLACK, OrientedBox, OrientedRay, PARALLEL_PAD, Ray};
+use crate::geometry::{Aabb, FAR_SLACK, FARTHEST, ORIENTED_PAD, OrientedBox, PARALLEL_PAD, Ray};
 use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
 use crate::wide::bounds::{Whole, WideContainer};
@@ -51,23 +51,29 @@ impl<S: Simd> LaneTest<S, OrientedLanes> for OrientedLaneRay<S> {
             let pad = crosses.select(self.pad, parallel_pad);
             let (t0, t1) = ((low - (origin + pad)) * inverse, (high - (origin - pad)) * inverse);
             entry = entry.max(t0.min(t1));
-            exit = exit.min(t0.max(t1) * FAR_SLACK);
+            exit = exit.min(t0.max(t1));
         }
         let [low, high] = each_plane(simd, &bounds.planes[0]);
         // Empty boxes are inverted and must stay misses.
-        let entered = entry.simd_le(exit.min(f32x8::splat(simd, t_max))) & low.simd_le(high);
+        let entered = entry.simd_le((exit * FAR_SLACK).min(f32x8::splat(simd, t_max))) & low.simd_le(high);
         (entered, entry)
     }
 }
 
 impl RayRows for OrientedBox {
-    const OTHER_ROWS: usize = 6;
+    const OTHER_ROWS: usize = 7;
 
-    /// Origin and direction.
+    /// Origin, direction and pad of an [`OrientedRay`].
     #[inline(always)]
     fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
-        let ([ox, oy, oz], [dx, dy, dz], unused) = (origin, direction, V::splat(simd, 0.0));
-        [ox, oy, oz, dx, dy, dz, unused, unused, unused]
+        let (zero, size) = (V::splat(simd, 0.0), origin[0].abs() + origin[1].abs() + origin[2].abs());
+        let is_bounded = size.simd_le(V::splat(simd, FARTHEST));
+        let mut rows = [is_bounded.select(size * ORIENTED_PAD, V::splat(simd, f32::MAX)); OTHER_ROWS];
+        for axis in 0..3 {
+            rows[axis] = is_bounded.select(origin[axis], zero);
+            rows[3 + axis] = is_bounded.select(direction[axis], zero);
+        }
+        rows
     }
 }
 
@@ -110,12 +116,10 @@ impl WideContainer for OrientedBox {
 
     #[inline(always)]
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> OrientedLaneRay<S> {
-        let [origin, direction] = [0, 3].map(|row| Vec3::from(each!(axis => rays.others[row + axis][at % N])));
-        let ray = OrientedRay::of(origin, direction);
         OrientedLaneRay {
-            origin: each!(axis => f32x8::splat(simd, ray.origin[axis])),
-            direction: each!(axis => f32x8::splat(simd, ray.direction[axis])),
-            pad: f32x8::splat(simd, ray.pad),
+            origin: each!(axis => f32x8::splat(simd, rays.others[axis][at % N])),
+            direction: each!(axis => f32x8::splat(simd, rays.others[3 + axis][at % N])),
+            pad: f32x8::splat(simd, rays.others[6][at % N]),
             t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
     }

@@ -75,7 +75,7 @@ pub(crate) struct RayLanes<const N: usize> {
 }
 
 /// Number of rows of [`RayLanes::others`].
-pub(crate) const OTHER_ROWS: usize = 9;
+pub(crate) const OTHER_ROWS: usize = 12;
 
 /// A container whose tests use rows of their own of [`RayLanes::others`].
 pub trait RayRows {

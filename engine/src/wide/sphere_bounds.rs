@@ -56,9 +56,11 @@ impl RayRows for Sphere {
     #[inline(always)]
     fn other_rows<S: Simd, V: lanes::Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
         let inverse_length = V::splat(simd, 1.0) / dot(direction, direction).sqrt();
-        let ([ox, oy, oz], [dx, dy, dz]) = (origin, each!(axis => direction[axis] * inverse_length));
-        let unused = V::splat(simd, 0.0);
-        [ox, oy, oz, dx, dy, dz, inverse_length, unused, unused]
+        let mut rows = [inverse_length; OTHER_ROWS];
+        for axis in 0..3 {
+            (rows[axis], rows[3 + axis]) = (origin[axis], direction[axis] * inverse_length);
+        }
+        rows
     }
 }
 

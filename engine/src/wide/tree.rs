@@ -117,9 +117,9 @@ impl<C: WideContainer> Addresses<C> {
         let kind = child.bits() as usize >> 30;
         let (size, index) = Self::SIZES[kind];
         let address = self.first[kind].wrapping_add((child.bits() & index) as usize * size as usize);
-        // A block of 160 bytes, which begins anywhere in a line, lies in three or four.
+        // A block takes 160 bytes.
         let bytes = size_of::<WideNode<C::Bounds>>().max(160);
-        prefetch::prefetch_four_lines(self.leaves.with_addr(address), bytes);
+        prefetch::prefetch_lines(self.leaves.with_addr(address), bytes);
     }
 }
 

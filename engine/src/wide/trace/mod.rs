@@ -19,25 +19,30 @@ use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::AnyWideTree;
 use crate::with_wide_tree;
 
-/// Evaluates an expression for any kind of tree at a SIMD level: oriented boxes, which are rarely traced and long to compile, at AVX2
-/// or at the level of every machine only.
+/// Evaluates an expression at AVX2 or at the level of every machine, and returns its value: for oriented boxes, which are rarely traced
+/// and long to compile.
+macro_rules! return_at_few_levels {
+    ($level:expr, $simd:ident => $body:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        if let Some($simd) = $level.as_avx2() {
+            return $simd.vectorize(
+                #[inline(always)]
+                || $body,
+            );
+        }
+        let $simd = baseline();
+        return $body;
+    }};
+}
+
+/// Evaluates an expression for any kind of tree at a SIMD level, for oriented boxes at few.
 macro_rules! for_wide_tree {
     ($any:expr, $level:expr, $simd:ident, $tree:ident => $body:expr) => {
         match $any {
             AnyWideTree::Aabb($tree) => dispatch!($level, $simd => $body),
             AnyWideTree::Sphere($tree) => dispatch!($level, $simd => $body),
             AnyWideTree::Dop14($tree) => dispatch!($level, $simd => $body),
-            AnyWideTree::Oriented($tree) => {
-                #[cfg(target_arch = "x86_64")]
-                if let Some($simd) = $level.as_avx2() {
-                    return $simd.vectorize(
-                        #[inline(always)]
-                        || $body,
-                    );
-                }
-                let $simd = baseline();
-                $body
-            }
+            AnyWideTree::Oriented($tree) => return_at_few_levels!($level, $simd => $body),
         }
     };
 }
@@ -111,17 +116,7 @@ impl AnyWideTree {
     /// If `blocked` is shorter than `rays`.
     pub fn any_hits(&self, level: Level, rays: &[Ray], blocked: &mut [bool]) {
         assert!(blocked.len() >= rays.len(), "{} results for {} rays", blocked.len(), rays.len());
-        match self {
-            Self::Aabb(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
-            Self::Sphere(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
-            Self::Dop14(tree) => dispatch!(level, simd => stream::any_hits(simd, tree, rays, blocked)),
-            // Oriented boxes are traced ray by ray: streams and packets would be compiled for them, too.
-            Self::Oriented(_) => {
-                for (ray, blocked) in rays.iter().zip(blocked) {
-                    *blocked = self.any_hit(level, ray);
-                }
-            }
-        }
+        for_wide_tree!(self, level, simd, tree => stream::any_hits(simd, tree, rays, blocked));
     }
 
     /// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`.
@@ -136,11 +131,10 @@ impl AnyWideTree {
             Self::Aabb(tree) => packet::closest_hits(level, tree, BoxTree::Aabb(tree), rays, hits),
             Self::Sphere(tree) => packet::closest_hits(level, tree, tree, rays, hits),
             Self::Dop14(tree) => packet::closest_hits(level, tree, BoxTree::Dop14(tree), rays, hits),
-            Self::Oriented(_) => {
-                assert!(hits.len() >= rays.len(), "{} results for {} rays", hits.len(), rays.len());
-                for (ray, hit) in rays.iter().zip(hits) {
-                    *hit = self.closest_hit(level, ray);
-                }
+            // Without packets, which would be compiled for them, too.
+            Self::Oriented(tree) => {
+                assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
+                return_at_few_levels!(level, simd => stream::closest_hits(simd, tree, rays, hits))
             }
         }
     }
