@@ -63,7 +63,7 @@ impl<S: Simd> LaneTest<S, OrientedLanes> for OrientedLaneRay<S> {
 impl RayRows for OrientedBox {
     const OTHER_ROWS: usize = 7;
 
-    /// Origin, direction and pad of an [`OrientedRay`].
+    /// Origin, direction and pad of an [`OrientedRay`](crate::geometry::OrientedRay).
     #[inline(always)]
     fn other_rows<S: Simd, V: Lanes<S>>(simd: S, origin: [V; 3], direction: [V; 3]) -> [V; OTHER_ROWS] {
         let (zero, size) = (V::splat(simd, 0.0), origin[0].abs() + origin[1].abs() + origin[2].abs());
