@@ -37,7 +37,7 @@ impl BuilderKind {
         }
     }
 
-    /// Whether it clusters by the threshold and exponent of [`BuildSettings`].
+    /// True if it clusters by the threshold and exponent of [`BuildSettings`].
     pub const fn is_aac(self) -> bool {
         matches!(self, Self::Aac | Self::Swift)
     }

@@ -83,7 +83,7 @@ fn given_command() -> clap::Command {
     let mut program = Cli::command();
     // Only then do commands know the name of the program.
     program.build();
-    let named = std::env::args_os().nth(1).and_then(|first| program.find_subcommand(first).cloned());
+    let named = program.find_subcommand(usage::given_name()).cloned();
     named.unwrap_or(program)
 }
 

@@ -1,5 +1,6 @@
 //! Output of clap: help, version, and errors about the command line.
 
+use std::ffi::OsString;
 use std::io::{IsTerminal as _, Write as _};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -49,10 +50,15 @@ const ABSENT: [(&str, &[&str], &str); 2] = [
     ),
 ];
 
+/// Name of the command that the arguments name; anything else where they name none.
+pub fn given_name() -> OsString {
+    std::env::args_os().nth(1).unwrap_or_default()
+}
+
 /// Adds a tip about a flag that other commands have.
 fn explain_absence(error: &mut clap::Error) {
     let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else { return };
-    let command = std::env::args_os().nth(1).unwrap_or_default();
+    let command = given_name();
     let known = ABSENT.iter().find(|(name, flags, _)| command == *name && flags.contains(&flag.as_str()));
     if let Some((.., tip)) = known.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![(*tip).into()]));

@@ -80,7 +80,8 @@ fn read_rows(path: &Path, file: impl Read, rows: &mut Vec<Measurement>) -> Resul
     Ok(())
 }
 
-/// The row in `line`; `None` for a correlation over several rows, which follows these. Refuses numbers that nothing could have been measured as.
+/// The row in `line`; `None` for a correlation over several rows, which follows these. Refuses numbers that nothing could have been
+/// measured as.
 fn row(line: &str) -> Result<Option<Measurement>, String> {
     let not_a_row = |error| format!("not a row of {PLOTTED}: {error}");
     let fields: Value = serde_json::from_str(line).map_err(not_a_row)?;

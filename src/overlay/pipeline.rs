@@ -237,7 +237,7 @@ impl OverlayPipeline {
         let overlap = selected.map_or_else(Vec::new, |node| table.overlap_instances(node));
         self.overlap.upload(device, queue, &overlap);
         self.overlap_faces = match table.container_kind() {
-            // What they have in common is no box.
+            // Two of them have a polyhedron in common, not a box.
             ContainerKind::Oriented => self.face_pipelines.len() - 1,
             own => own as usize,
         };

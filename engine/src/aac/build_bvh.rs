@@ -10,8 +10,6 @@
 
 use std::time::Instant;
 
-use crate::kernel::simd::dispatch;
-
 use crate::aac::build_cache::BuildCache;
 use crate::aac::build_tree::{Forest, TreeBuilder};
 use crate::aac::cluster_container::ClusterContainer;
@@ -25,6 +23,7 @@ use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
+use crate::kernel::simd::dispatch;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};
 use crate::stage_times::StageTimes;

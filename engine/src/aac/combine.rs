@@ -59,13 +59,13 @@ pub fn combine_clusters<C: ClusterContainer, S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;
     use crate::aac::cluster::Cluster;
     use crate::geometry::{Aabb, Dop14, Sphere};
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch;
     use crate::tree::Node;
 
     /// Small containers at few positions, so that many distances are equal. No two clusters have the same number of primitives:

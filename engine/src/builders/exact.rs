@@ -3,13 +3,12 @@
 
 use std::time::Instant;
 
-use crate::kernel::simd::{dispatch, dispatch_plain};
-
 use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, Scratch, combine_clusters, order_leaves};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::lanes::LANES;
+use crate::kernel::simd::{dispatch, dispatch_plain};
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
 

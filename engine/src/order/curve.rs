@@ -124,10 +124,9 @@ fn spread_by_four(bits: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch_plain;
-
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch_plain;
 
     const SIDE: f32 = (1 << BITS_PER_AXIS) as f32;
 

@@ -126,10 +126,9 @@ fn spread_all<S: Simd>(mut bits: u64x4<S>) -> u64x4<S> {
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch_plain;
-
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch_plain;
 
     #[test]
     fn bits_interleave_from_x_down_to_z() {

@@ -80,11 +80,11 @@ fn squared<S: Simd>(x: f32x8<S>, y: f32x8<S>, z: f32x8<S>) -> f32x8<S> {
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch_plain;
     use glam::Vec3;
 
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch_plain;
 
     /// Triangles of all shapes: any, thin, right, flat, in a point; at many sizes, near the origin and far from it.
     fn triangles() -> Vec<Triangle> {

@@ -9,7 +9,7 @@ use crate::wide::layout::WIDTH;
 
 /// A ray that is tested against the eight containers of `B`.
 pub trait LaneTest<S: Simd, B> {
-    /// Whether it enters the same containers as `Container::entry` of each.
+    /// True if it enters the same containers as `Container::entry` of each.
     const EXACT: bool = true;
     /// Factor on the distance up to which containers are entered: distances of entry come out larger by no more than that.
     const SLACK: f32 = 1.0;

@@ -161,12 +161,12 @@ impl CompactBounds<Aabb> for CompactBoxes {
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;
     use crate::kernel::SimdLevel;
     use crate::kernel::mix::next_unit;
+    use crate::kernel::simd::dispatch;
 
     fn packed(boxes: &[Aabb]) -> CompactBoxes {
         let mut lanes = Aabb::EMPTY_BOUNDS;

@@ -97,13 +97,13 @@ impl<S: Simd> LaneTest<S, BoxLanes> for FusedBoxRay {
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;
     use crate::geometry::Aabb;
     use crate::kernel::SimdLevel;
     use crate::kernel::mix::next_unit;
+    use crate::kernel::simd::dispatch;
     use crate::wide::bounds::WideContainer;
     use crate::wide::ray_lanes::RayLanes;
 

@@ -283,11 +283,11 @@ pub(crate) fn transposed<S: Simd>(simd: S, rays: &[Ray]) -> [f32x8<S>; RAY_LANES
 
 #[cfg(test)]
 mod tests {
-    use crate::kernel::simd::dispatch;
     use glam::Vec3;
 
     use super::*;
     use crate::kernel::SimdLevel;
+    use crate::kernel::simd::dispatch;
 
     #[test]
     fn rays_are_transposed_at_every_simd_level() {

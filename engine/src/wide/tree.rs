@@ -156,13 +156,7 @@ impl<C: WideContainer> WideTree<C> {
         }
     }
 
-    /// [`WideTree::prefetch`] without a branch.
-    #[inline(always)]
-    pub(crate) fn prefetch_any(&self, child: Child) {
-        self.addresses().prefetch(child);
-    }
-
-    /// For several calls of [`WideTree::prefetch_any`].
+    /// For [`WideTree::prefetch`] of many children without a branch on their kind.
     #[inline(always)]
     pub(crate) fn addresses(&self) -> Addresses<C> {
         let leaves: *const u8 = self.leaves.values.as_ptr().cast();

@@ -1,6 +1,7 @@
 //! The window's dealings with the system: errors and loss of the graphics device; a clipboard that cannot be reached, which is
-//! found out once at start because the window's library does not say so; fonts for names in any script; its size at start; Ctrl-C and termination requests, which
-//! close it as its button does, because some graphics drivers crash where a process exits while their threads draw.
+//! found out once at start because the window's library does not say so; fonts for names in any script; its size at start; Ctrl-C and
+//! termination requests, which close it as its button does, because some graphics drivers crash where a process exits while their
+//! threads draw.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -205,7 +206,7 @@ impl SystemFonts {
     }
 }
 
-/// Whether a file is a font by its name.
+/// True for the name of a font's file.
 fn is_font(path: &Path) -> bool {
     let extension = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     extension.is_some_and(|extension| ["ttf", "otf", "ttc", "otc"].iter().any(|known| extension == *known))

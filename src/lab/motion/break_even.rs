@@ -21,8 +21,8 @@ impl FrameCost {
         self.ready_ms + rays * self.ray_ns * 1e-6
     }
 
-    /// Time in nanoseconds by which a ray takes longer than in `other`. Tests decide where the times differ by no more than their spread, or
-    /// have none, at the price that a test has in both trees.
+    /// Time in nanoseconds by which a ray takes longer than in `other`. Tests decide where the times differ by no more than their
+    /// spread, or have none, at the price that a test has in both trees.
     fn slower_ns(&self, other: &Self) -> f64 {
         let difference = self.ray_ns - other.ray_ns;
         let spread = self.ray_spread_ns.zip(other.ray_spread_ns).map(|(own, others)| own.max(others));
@@ -66,8 +66,8 @@ fn is_cheaper(a: &[FrameCost], b: &[FrameCost], at: usize, rays: f64) -> bool {
     usual_ready_ms(a, at) + rays * a[at].slower_ns(&b[at]) * 1e-6 < usual_ready_ms(b, at)
 }
 
-/// For each frame in turn, the index of the policy whose update and `rays` rays take the least time, the first of equal ones. `policies` have
-/// the frames of each, in order; frames that one lacks are left out.
+/// For each frame in turn, the index of the policy whose update and `rays` rays take the least time, the first of equal ones.
+/// `policies` have the frames of each, in order; frames that one lacks are left out.
 pub fn cheapest(policies: &[Vec<FrameCost>], rays: f64) -> Vec<usize> {
     let frames = policies.iter().map(Vec::len).min().unwrap_or(0);
     let of_frame = |at: usize| {

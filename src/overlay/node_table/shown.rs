@@ -88,9 +88,8 @@ impl NodeTable {
     }
 
     /// The nodes that `settings` choose without the hidden ones and those that the section plane cuts away. If they exceed the budget,
-    /// the largest: on screen as seen from
-    /// `viewpoint`, by surface area without one. The selected and hovered nodes are drawn separately, see
-    /// [`highlighted`](crate::overlay::highlighted).
+    /// the largest: on screen as seen from `viewpoint`, by surface area without one. The selected and hovered nodes are drawn
+    /// separately, see [`highlighted`](crate::overlay::highlighted).
     pub fn shown(&self, settings: &OverlaySettings, selection: &Selection, viewpoint: Option<&Viewpoint>) -> Shown {
         if self.is_empty() {
             return Shown::NOTHING;

@@ -261,8 +261,9 @@ impl NodeTable {
         self.drawable(settings) != OverlaySettings { depth, ..whole }
     }
 
-    /// `settings`, with kinds and depths spelt out, unless the largest leaves are taken, restricted to what can be drawn without another pass over the tree. Until
-    /// [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted levels are left out.
+    /// `settings`, with kinds and depths spelt out, unless the largest leaves are taken, restricted to what can be drawn without
+    /// another pass over the tree. Until [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted
+    /// levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let own = self.container_kind();
         let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());

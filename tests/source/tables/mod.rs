@@ -139,7 +139,7 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
     assert_ne!(with_tables(&changed, &rows).unwrap().0, changed);
 }
 
-/// What a reader takes in at once.
+/// As many numbers as a reader takes in at once.
 #[test]
 fn tables_have_at_most_six_columns_of_one_number_each() {
     let rows = Rows::parse(&text_of(ROWS)).unwrap();

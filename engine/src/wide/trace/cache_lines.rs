@@ -2,9 +2,9 @@
 //!
 //! Memory moves between caches in lines of 64 bytes, so that a ray costs the lines that it touches, whatever part of each it uses.
 //! Counted are distinct lines of each ray, as if none were cached before: of a node its whole record, of a block its triangles, in
-//! the order of traversal of a single ray. Neighbours in memory that share a line count it once. Every array is taken to begin at a line, so that
-//! the counts are the same on every machine. Memory read by a ray is the measure of Haydel, Kensler, Brunvand and Yuksel, *Merged
-//! Nodes*, HPG 2026.
+//! the order of traversal of a single ray. Neighbours in memory that share a line count it once. Every array is taken to begin at a
+//! line, so that the counts are the same on every machine. Memory read by a ray is the measure of Haydel, Kensler, Brunvand and
+//! Yuksel, *Merged Nodes*, HPG 2026.
 
 #![allow(clippy::inline_always, reason = "the kernels call it for every node")]
 
@@ -69,7 +69,7 @@ pub struct LineProbe<'a> {
     leaves: &'a Leaves,
     /// Bytes of a full node, and of a compact one.
     node_bytes: [usize; 2],
-    /// What was read of the full nodes, of the compact ones and of the leaves.
+    /// Lines read of the full nodes, of the compact ones and of the leaves.
     read: [Vec<Lines>; 3],
     /// Slots of the leaf that was visited last, without the blocks that were tested.
     slots: Range<usize>,

@@ -19,7 +19,7 @@ use crate::wide::child::Child;
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes};
 use crate::wide::trace::single;
-use crate::wide::tree::WideTree;
+use crate::wide::tree::{Addresses, WideTree};
 
 /// Number of rays in a word of a ray set, one bit each.
 const WORD: usize = 32;
@@ -100,6 +100,7 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
     }
     #[allow(clippy::large_stack_arrays, reason = "42 KiB, a part of the smallest stack of any thread")]
     let mut streams = [const { Stream::<RAYS, WORDS>::EMPTY }; STREAMS];
+    let addresses = tree.addresses();
     let mut next = 0;
     loop {
         let mut is_busy = false;
@@ -116,9 +117,9 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
             if stream.top > STACK {
                 stream.finish_single::<S, C, Q>(simd, tree, rays);
             } else if Q::ANY {
-                stream.step::<S, C, true>(simd, tree, rays);
+                stream.step::<S, C, true>(simd, tree, &addresses, rays);
             } else {
-                stream.step::<S, C, false>(simd, tree, rays);
+                stream.step::<S, C, false>(simd, tree, &addresses, rays);
             }
         }
         if !is_busy {
@@ -228,16 +229,22 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 
     /// Visits the next child.
     #[inline(always)]
-    fn step<S: Simd, C: WideContainer, const ANY: bool>(&mut self, simd: S, tree: &WideTree<C>, rays: &[Ray]) {
+    fn step<S: Simd, C: WideContainer, const ANY: bool>(
+        &mut self,
+        simd: S,
+        tree: &WideTree<C>,
+        addresses: &Addresses<C>,
+        rays: &[Ray],
+    ) {
         let Some((child, set)) = self.next::<S, ANY>(simd) else { return };
         if child.is_leaf() {
             // The next child was prefetched with its siblings. Any-hit rays rarely get as far as the one after it.
             if !ANY {
-                tree.prefetch_any(self.children[self.top.saturating_sub(2)]);
+                addresses.prefetch(self.children[self.top.saturating_sub(2)]);
             }
             self.test_leaf::<S, C, ANY>(simd, tree, child, set, rays);
         } else {
-            self.enter::<S, C, ANY>(simd, tree, child, set);
+            self.enter::<S, C, ANY>(simd, tree, addresses, child, set);
         }
     }
 
@@ -273,6 +280,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         &mut self,
         simd: S,
         tree: &WideTree<C>,
+        addresses: &Addresses<C>,
         node: Child,
         set: u64,
     ) {
@@ -322,7 +330,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         }
         // Prefetch the next two; later ones are often culled before they are visited.
         for ahead in 1..=2 {
-            tree.prefetch_any(self.children[new_top.saturating_sub(ahead)]);
+            addresses.prefetch(self.children[new_top.saturating_sub(ahead)]);
         }
         self.top = new_top;
     }
