@@ -12,6 +12,10 @@ const DEFAULT_FRACTION: f64 = 0.75;
 /// Allocations below this many bytes are not checked: asking the system for the memory in use takes longer than they do.
 const MIN_CHECKED: u64 = 16 << 20;
 
+/// The least range of addresses that the allocator reserves at once, in bytes: its memory comes from ranges of 32 MiB to 1 GiB. Stacks of
+/// threads are smaller.
+const MIN_RESERVE: u64 = 32 << 20;
+
 /// A memory limit as the user states it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MemoryLimit {
@@ -151,7 +155,7 @@ fn used() -> u64 {
     system.process(pid).map_or(0, sysinfo::Process::memory)
 }
 
-/// Bytes that `ulimit -v` and `ulimit -d` leave; allocations beyond them fail although there is free memory.
+/// Bytes that `ulimit -v` and `ulimit -d` leave, `u64::MAX` without them; allocations beyond them fail although there is free memory.
 fn left_by_limits() -> u64 {
     let field = |file: &str, start: &str, column: usize| -> Option<u64> {
         let text = std::fs::read_to_string(file).ok()?;
@@ -161,9 +165,31 @@ fn left_by_limits() -> u64 {
     // An absent limit reads "unlimited"; systems other than Linux have no such files.
     let left = |limit: &str, taken: &str| {
         let taken = field("/proc/self/status", taken, 1).unwrap_or(0).saturating_mul(1024);
-        field("/proc/self/limits", limit, 3).map_or(u64::MAX, |limit| limit.saturating_sub(taken))
+        field("/proc/self/limits", limit, 3).map(|limit| limit.saturating_sub(taken))
     };
-    left("Max address space", "VmSize:").min(left("Max data size", "VmData:"))
+    let limits = [left("Max address space", "VmSize:"), left("Max data size", "VmData:")];
+    let Some(outside) = limits.into_iter().flatten().min() else { return u64::MAX };
+    // Both limits count a range as taken once the allocator has reserved it. The larger of the two, not their sum: a large allocation lies
+    // in one of them.
+    outside.max(std::fs::read_to_string("/proc/self/smaps").map_or(0, |maps| largest_reserve(&maps)))
+}
+
+/// Unused bytes of the range that the allocator has used least of, by the lines of `/proc/self/smaps`.
+fn largest_reserve(maps: &str) -> u64 {
+    let (mut is_anonymous, mut size, mut largest) = (false, 0, 0);
+    for line in maps.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let bytes = |kilobytes: &str| kilobytes.parse().unwrap_or(0_u64).saturating_mul(1024);
+        match words[..] {
+            ["Size:", kilobytes, ..] => size = bytes(kilobytes),
+            ["Rss:", kilobytes, ..] if is_anonymous && size >= MIN_RESERVE => {
+                largest = largest.max(size.saturating_sub(bytes(kilobytes)));
+            }
+            [range, mode, _, _, file, ..] if range.contains('-') => is_anonymous = mode == "rw-p" && file == "0",
+            _ => {}
+        }
+    }
+    largest
 }
 
 /// A number of bytes as text, in MB or GB (powers of 1000).
@@ -199,5 +225,21 @@ mod tests {
     fn a_fraction_is_of_the_available_memory() {
         let (half, all) = (bytes_of(MemoryLimit::Fraction(0.5)), bytes_of(MemoryLimit::Fraction(1.0)));
         assert!(half > 0 && half < all, "{half} of {all}");
+    }
+
+    #[test]
+    fn reserved_addresses_are_no_memory_in_use() {
+        let range = |mode: &str, file: u32, size: u32, used: u32| {
+            format!(
+                "7ff694021000-7ff698000000 {mode} 00000000 00:00 {file} [anon:mimalloc]\nSize: {size} kB\nKernelPageSize: 4 kB\n\
+                 Rss: {used} kB\nPss: 9 kB\nVmFlags: rd wr mr mw me ac sd\n"
+            )
+        };
+        let ranges = [("rw-p", 0, 131_072, 31_072), ("rw-p", 0, 65_536, 5), ("---p", 0, 999_999, 0)];
+        // A file and the stack of a thread.
+        let others = [("rw-p", 7, 999_999, 0), ("rw-p", 0, 8_192, 0)];
+        let maps = ranges.into_iter().chain(others).map(|(mode, file, size, used)| range(mode, file, size, used));
+        assert_eq!(largest_reserve(&maps.collect::<String>()), 100_000 * 1024);
+        assert_eq!(largest_reserve(""), 0);
     }
 }
