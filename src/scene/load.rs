@@ -42,6 +42,7 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
     };
     scene.subject = subject::subject(&scene.triangles, &scene.bounds, token)?;
     scene.interior = interior::find(&scene.triangles, &scene.subject, scene.up, token)?;
+    scene.frame_first_clip(token)?;
     scene.check_normals();
     Ok(scene)
 }

@@ -15,7 +15,7 @@ use super::material::{Material, Texture};
 use super::motion::{Moment, Motion, Pose};
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
-use crate::budget::Budget;
+use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Triangle};
 
@@ -31,7 +31,8 @@ pub struct Scene {
     pub bounds: Aabb,
     /// Subtracted from the coordinates of the file, so that models far from the origin keep their decimals; mostly zero.
     pub offset: DVec3,
-    /// Bounding box that cameras frame: of all but the few triangles far from all others.
+    /// Bounding box that cameras frame: of all but the few triangles far from all others. Of a model that moves, also of its reach during
+    /// the clip that is shown; without one, during the first, which a viewer plays.
     pub subject: Aabb,
     /// Up direction of the scene; a unit axis.
     pub up: Vec3,
@@ -122,9 +123,7 @@ impl Scene {
     /// Where the model does not move, or has no such clip.
     pub fn at(&self, moment: Moment, token: &CancelToken) -> Result<Self, LoadError> {
         let Some(motion) = &self.motion else { unreachable!("a model that stands still has no moments") };
-        // The pose, and the vertices that its triangles are made of.
-        let bytes = 2_u64.saturating_mul(size_of_val(&self.triangles[..]) as u64);
-        if let Err(error) = Budget::of_process().check("the triangles of a moment", bytes) {
+        if let Err(error) = self.check_moment() {
             return Err(LoadError::over_budget(Path::new(&self.source.to_string()), &error));
         }
         let subject = motion.reach(moment.clip, token)?;
@@ -164,6 +163,23 @@ impl Scene {
             ..*self
         };
         Ok(scene)
+    }
+
+    /// Checks that the triangles of a moment, and the vertices that they are made of, fit into the memory budget.
+    fn check_moment(&self) -> Result<(), OverBudget> {
+        let bytes = 2_u64.saturating_mul(size_of_val(&self.triangles[..]) as u64);
+        Budget::of_process().check("the triangles of a moment", bytes)
+    }
+
+    /// Makes cameras frame the first clip too, so that nothing leaves the picture once it plays. Takes what the first moment that is shown
+    /// would take anyway: [`Motion::reach`] is kept. Without memory for a moment only the pose of the file is framed.
+    pub(super) fn frame_first_clip(&mut self, token: &CancelToken) -> Result<(), LoadError> {
+        if let Some(motion) = &self.motion
+            && self.check_moment().is_ok()
+        {
+            self.subject = self.subject.union(&motion.reach(0, token)?);
+        }
+        Ok(())
     }
 
     /// True if `ray` enters the scene's box, the axis-aligned one around all triangles, as traversals test the root of a tree of boxes.

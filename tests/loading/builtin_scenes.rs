@@ -97,6 +97,9 @@ fn moving_scenes_begin_where_their_clips_do_and_move_smoothly() {
                 assert_eq!(next.triangles.len(), scene.triangles.len());
                 assert!(next.triangles.iter().all(|triangle| triangle.is_finite()), "{name}");
                 assert_eq!(next.subject, reach, "cameras stand still");
+                let beyond = scene.subject.union(&next.bounds).extent() - scene.subject.extent();
+                let is_framed = beyond.max_element() < 0.02 * scene.subject.extent().max_element();
+                assert!(clip > 0 || is_framed, "{name} leaves the view that one starts with by {beyond}");
                 let jump =
                     next.triangles.iter().zip(&last.triangles).map(|(a, b)| a.a.distance(b.a)).fold(0.0, f32::max);
                 assert!(jump < 0.8, "{name} clip {clip} step {step}: {jump}");
