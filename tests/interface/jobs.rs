@@ -11,8 +11,13 @@ use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
+use egui::accesskit::Role;
+use egui::{Key, Modifiers};
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
 use rayon::prelude::*;
+
+use crate::harness::app_with;
 
 fn builtin(name: &str, size: u32) -> SceneSource {
     SceneSource::Builtin { name: name.to_owned(), size: Some(size) }
@@ -102,6 +107,27 @@ fn the_newest_of_several_models_is_shown_whole() {
     assert_eq!(presented.accel.scene.source, newest);
     let triangles = presented.accel.scene.triangles.len() as u32;
     assert!(presented.frame.primitive.iter().all(|&primitive| primitive == u32::MAX || primitive < triangles));
+}
+
+#[test]
+fn the_status_bar_follows_a_study_without_input() {
+    let mut harness = app_with(builtin("walker", 20_000), egui::vec2(1100.0, 760.0), false);
+    // The view "Motion".
+    harness.key_press_modifiers(Modifiers::NONE, Key::T);
+    let mut seen: Vec<f32> = Vec::new();
+    for _ in 0..3_000 {
+        harness.run_steps(1);
+        if harness.query_by_role_and_label(Role::ProgressIndicator, "Following the clip").is_some() {
+            let delay = harness.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
+            assert!(delay <= Duration::from_millis(100), "the next frame would come after {delay:?}");
+            seen.extend(harness.state().state.activity.study.as_ref().map(|job| job.progress));
+        }
+        if seen.len() >= 10 && seen.last() > seen.first() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("the bar does not move: {seen:?}");
 }
 
 #[test]

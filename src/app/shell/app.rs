@@ -16,7 +16,7 @@ use crate::app::shell::system::{ClipboardProbe, Device};
 use crate::app::shell::thumbnails;
 use crate::app::shell::thumbnails::ThumbnailWorker;
 use crate::app::shell::wake_signal::WakeSignal;
-use crate::app::state::{AppState, Preferences, Request, Severity, TreeSide, Wanted};
+use crate::app::state::{AppState, JobStatus, Preferences, Request, Severity, TreeSide, Wanted};
 use crate::app::studies::Studies;
 use crate::app::viewport::Viewport;
 use crate::app::{commands, panels, studies, theme, views};
@@ -36,8 +36,6 @@ const IDLE_POLL: Duration = Duration::from_millis(1);
 const THROTTLED_FRAME_INTERVAL: Duration = Duration::from_millis(100);
 /// The same while a picture of a moving camera is traced: frames that show no new one would make the next one later.
 const MOTION_FRAME_INTERVAL: Duration = Duration::from_millis(33);
-/// Interval between two updates of a measurement's progress.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A button that is up again after this long was not clicked: longer than a frame takes on a busy machine that draws in software,
 /// which sees both only in the next one.
@@ -335,7 +333,9 @@ impl App {
             ctx.request_repaint_after(delay);
         }
         if self.measure_worker.is_busy() {
-            ctx.request_repaint_after(PROGRESS_INTERVAL);
+            ctx.request_repaint_after(JobStatus::INTERVAL);
+        } else if let Some(since) = self.studies.drawn_since() {
+            ctx.request_repaint_after(JobStatus::next_update(since, Instant::now()));
         }
     }
 }

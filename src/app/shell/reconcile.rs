@@ -15,16 +15,13 @@ use crate::app::shell::present::{present_difference, present_frame, present_seco
 use crate::app::shell::render_job::{RenderKey, Rendered};
 use crate::app::shell::render_rail::RenderRail;
 use crate::app::shell::second_rail::SecondRail;
-use crate::app::state::{AppState, HiddenNodes, PROGRESS_DELAY, Severity, TreeSide};
+use crate::app::state::{AppState, HiddenNodes, JobStatus, Severity, TreeSide};
 use crate::app::studies::latest::{Polled, report_panic};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::settings::{BuildSettings, Pass};
-
-/// Interval between two updates of the progress bars.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The rails from a model to a picture: load, build, render; and one that builds the second tree.
 pub(crate) struct Reconciler {
@@ -203,9 +200,7 @@ impl Reconciler {
         if !self.build.is_busy() {
             state.report_missing_hidden();
         }
-        // The progress bars move. Short jobs show none, because drawing a UI frame takes time from them.
-        let age = now.saturating_duration_since(self.oldest_request()?);
-        Some(PROGRESS_DELAY.saturating_sub(age).max(PROGRESS_INTERVAL))
+        Some(JobStatus::next_update(self.oldest_request()?, now))
     }
 
     fn request_tree(&mut self, state: &mut AppState, moving: bool, now: Instant) {

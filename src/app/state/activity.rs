@@ -23,6 +23,15 @@ pub struct JobStatus {
 }
 
 impl JobStatus {
+    /// Interval between two updates of the progress bars.
+    pub const INTERVAL: Duration = Duration::from_millis(100);
+
+    /// Delay of the next UI frame that shows the progress of a job requested at `since`. Short jobs show none, because drawing a UI frame
+    /// takes time from them.
+    pub fn next_update(since: Instant, now: Instant) -> Duration {
+        PROGRESS_DELAY.saturating_sub(now.saturating_duration_since(since)).max(Self::INTERVAL)
+    }
+
     /// Time that the rest is expected to take at the present pace; `None` before enough is done to tell.
     pub fn time_left(&self, now: Instant) -> Option<Duration> {
         let taken = now.saturating_duration_since(self.since);
@@ -172,6 +181,13 @@ mod tests {
             |progress, secs| job(progress).time_left(since + Duration::from_secs(secs)).map(|left| left.as_secs());
         assert_eq!(after(0.25, 10), Some(30));
         assert_eq!([after(0.001, 10), after(0.5, 0), after(1.0, 10)], [None; 3], "too early or too late to tell");
+    }
+
+    #[test]
+    fn the_first_progress_comes_late_and_the_next_regularly() {
+        let since = Instant::now();
+        let delay = |millis| JobStatus::next_update(since, since + Duration::from_millis(millis)).as_millis();
+        assert_eq!([0, 250, 400, 5_000].map(delay), [400, 150, 100, 100]);
     }
 
     #[test]

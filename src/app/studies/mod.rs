@@ -8,6 +8,7 @@ mod rail;
 pub(crate) mod shared;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 pub(crate) use self::rail::StudyPlan;
 
@@ -56,5 +57,10 @@ impl Studies {
     /// A value is being derived.
     pub(crate) fn is_busy(&self) -> bool {
         self.rails.iter().any(|rail| rail.is_busy())
+    }
+
+    /// When the oldest job was requested whose progress is drawn.
+    pub(crate) fn drawn_since(&self) -> Option<Instant> {
+        self.rails.iter().filter_map(|rail| rail.drawn_since()).min()
     }
 }

@@ -30,6 +30,8 @@ pub(crate) struct StudyPlan<K, V> {
     pub(crate) label: &'static str,
     /// Starts at once instead of waiting until building and tracing rest.
     pub(crate) at_once: bool,
+    /// No UI frames are drawn for its progress alone: they would disturb what it times.
+    pub(crate) is_quiet: bool,
     /// Where its value is kept.
     pub(crate) study: fn(&mut AppState) -> &mut Study<K, V>,
     /// Inputs of the value that is needed now; `None` while nothing on the screen needs one. The flag is set while building and
@@ -45,7 +47,7 @@ impl<K, V> StudyPlan<K, V> {
         study: fn(&mut AppState) -> &mut Study<K, V>,
         wanted: fn(&mut AppState, bool) -> Option<OfTree<K>>,
     ) -> Self {
-        Self { name, label, at_once: false, study, wanted }
+        Self { name, label, at_once: false, is_quiet: false, study, wanted }
     }
 }
 
@@ -57,6 +59,9 @@ pub(super) trait FollowsState {
 
     /// The job in flight.
     fn job(&self) -> Option<JobStatus>;
+
+    /// When the job in flight was requested, if its progress is drawn.
+    fn drawn_since(&self) -> Option<Instant>;
 
     /// A value is being derived.
     fn is_busy(&self) -> bool;
@@ -138,6 +143,10 @@ where
 
     fn job(&self) -> Option<JobStatus> {
         self.latest.status(self.plan.label)
+    }
+
+    fn drawn_since(&self) -> Option<Instant> {
+        self.latest.since().filter(|_| !self.plan.is_quiet)
     }
 
     fn is_busy(&self) -> bool {

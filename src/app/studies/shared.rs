@@ -93,6 +93,7 @@ fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
             name,
             label,
             at_once: false,
+            is_quiet: true,
             study: |state| &mut state.lab.at_rest.first,
             wanted: |state, idle| {
                 let shown = state.model.presented.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;
@@ -106,6 +107,7 @@ fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
             name,
             label,
             at_once: false,
+            is_quiet: true,
             study: |state| &mut state.lab.at_rest.second,
             wanted: |state, idle| {
                 let shown = state.model.second.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;

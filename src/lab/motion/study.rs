@@ -119,7 +119,9 @@ impl MotionStudy {
         }
         let Some(motion) = scene.motion.clone() else { return Err(LabError::Refused("it does not move".to_owned())) };
         let poses = sampled_poses(scene, &motion, &plan, token)?;
-        let followers = plan.policies.iter().map(|&policy| Follower::new(policy, &plan.build, &poses, token));
+        let part = |index: usize| token.part(index, plan.policies.len());
+        let followers = plan.policies.iter().zip(0..);
+        let followers = followers.map(|(&policy, index)| Follower::new(policy, &plan.build, &poses, &part(index)));
         let mut followers = followers.collect::<Result<Vec<_>, _>>()?;
         drop(poses);
         let mut pose = Pose::default();
@@ -143,8 +145,10 @@ impl MotionStudy {
         let moment = self.plan.moment(&self.motion, frame);
         let scene = Arc::new(self.scene.at(moment, token).map_err(BuildError::from)?);
         let mut lists: Vec<Option<Vec<Ray>>> = vec![None; self.plan.rays.len()];
-        let mut rows = Vec::with_capacity(self.followers.len());
-        for follower in &mut self.followers {
+        let count = self.followers.len();
+        let mut rows = Vec::with_capacity(count);
+        for (index, follower) in self.followers.iter_mut().enumerate() {
+            let token = &token.part(index, count);
             token.check()?;
             let update = follower.follow(&scene.triangles, token)?;
             let traced =
@@ -162,6 +166,7 @@ impl MotionStudy {
                 ray_ns: ray.ms,
                 ray_spread_ns: ray.spread,
             });
+            token.set_progress(1.0);
         }
         Ok(Some(rows))
     }
