@@ -114,6 +114,11 @@ pub fn bytes_parts(value: usize) -> (String, &'static str) {
     (text, UNITS[unit])
 }
 
+/// The rate of frames that follow each other after `seconds`: `24 frames a second`, `29.97 frames a second`.
+pub fn frame_rate(seconds: f32) -> String {
+    format!("{} frames a second", (100.0 / seconds).round() / 100.0)
+}
+
 /// A fraction between 0 and 1 as a percentage: `0.04 %`, `12.3 %`.
 pub fn percent(fraction: f64) -> String {
     format!("{} %", significant(fraction * 100.0))
@@ -182,6 +187,12 @@ mod tests {
         assert_eq!(duration(Duration::from_millis(1_240)), "1.24 s");
         assert_eq!(duration(Duration::from_secs(200)), "3 min 20 s");
         assert_eq!(duration(Duration::ZERO), "0 ms");
+    }
+
+    #[test]
+    fn frame_rates_are_whole_where_they_can_be() {
+        let rates = [0.04, 1.0 / 24.0, 1.0 / 29.97, 2.0].map(frame_rate);
+        assert_eq!(rates, ["25", "24", "29.97", "0.5"].map(|rate| format!("{rate} frames a second")));
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, motion: &Arc<Motion>) {
         ui.set_height(theme::ROW_HEIGHT);
         ui.label(RichText::new("time").color(theme::palette(ui).dim));
         ui.spacing_mut().item_spacing.x = 4.0;
-        transport(ui, state);
+        transport(ui, state, motion);
         ui.add_space(4.0);
         clips(ui, state, motion);
         policy(ui, state);
@@ -62,26 +62,19 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, motion: &Arc<Motion>) {
 }
 
 /// Buttons that play and step.
-fn transport(ui: &mut Ui, state: &mut AppState) {
+fn transport(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
     let (play, name, tip) = if state.model.playback.playing {
         (Icon::Pause, "Pause clip", "Pause the clip: the picture is then refined (Space)")
     } else {
         (Icon::Play, "Play clip", "Play the clip; each frame gets a tree of its own (Space)")
     };
+    let rate = format::frame_rate(motion.frame_seconds());
+    let back = format!("To the frame before, at {rate} (Shift+Left)");
+    let forward = format!("To the next frame, at {rate} (Shift+Right)");
     let buttons = [
-        (
-            Icon::Step(false),
-            "Previous frame",
-            "To the frame before, a 25th of a second (Shift+Left)",
-            Action::StepFrame(false),
-        ),
+        (Icon::Step(false), "Previous frame", back.as_str(), Action::StepFrame(false)),
         (play, name, tip, Action::PlayClip),
-        (
-            Icon::Step(true),
-            "Next frame",
-            "To the next frame, a 25th of a second (Shift+Right)",
-            Action::StepFrame(true),
-        ),
+        (Icon::Step(true), "Next frame", forward.as_str(), Action::StepFrame(true)),
     ];
     for (icon, name, tip, action) in buttons {
         if square(ui, icon, name, tip).clicked() {

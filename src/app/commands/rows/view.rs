@@ -178,7 +178,7 @@ const TIME: &[Row] = &[
     one(
         Action::StepFrame(true),
         "Next frame",
-        "Go to the next frame of the clip, a 25th of a second later",
+        "Go to the next frame of the clip",
         &[(SHIFT, Key::ArrowRight)],
         |state, _| change_time(state, |clock| clock.step(true)),
     )
@@ -189,7 +189,7 @@ const TIME: &[Row] = &[
     one(
         Action::StepFrame(false),
         "Previous frame",
-        "Go to the frame of the clip before, a 25th of a second earlier",
+        "Go to the previous frame of the clip",
         &[(SHIFT, Key::ArrowLeft)],
         |state, _| change_time(state, |clock| clock.step(false)),
     )
