@@ -16,7 +16,7 @@ pub const TREE: [Field; 7] = [
     ("triangles", "Number of triangles of the model"),
     ("builder", "Name of the builder; of a tree from a file as the file states it"),
     ("tree", "The file that holds the tree, where it was read; its settings are then absent"),
-    ("preset", "Name of the preset that the settings come from, if any"),
+    ("preset", "Name of the preset that has these settings, whatever the containers; absent where none has"),
     ("container", "box, sphere, dop or oriented"),
 ];
 

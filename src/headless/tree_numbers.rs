@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::accel::{Accel, FileTree};
 use crate::catalog::reading::TreeReading;
-use crate::catalog::settings::{PRESET, Stated};
+use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
 use bvhscope_engine::tree_file::Fault;
 
@@ -12,7 +12,7 @@ use bvhscope_engine::tree_file::Fault;
 #[derive(Debug, Serialize)]
 pub struct TreeNumbers {
     pub builder: String,
-    /// Name of the preset that the settings are those of, if any.
+    /// Name of the preset that has these settings, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
     pub container: &'static str,
@@ -76,7 +76,7 @@ impl TreeNumbers {
         let settings = &accel.settings;
         Self {
             builder: accel.builder_name().into_owned(),
-            preset: accel.file.is_none().then(|| PRESET.text(settings)).filter(|name| !name.is_empty()),
+            preset: if accel.file.is_some() { None } else { preset_name(settings) },
             container: accel.tree.container_kind().name(),
             settings: if accel.file.is_some() { Stated::default() } else { Stated::of(settings) },
             file: accel.file.as_ref().map(FileNumbers::from),

@@ -35,7 +35,7 @@ pub struct Measurement {
     /// The file that holds the tree, where it was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree: Option<String>,
-    /// Name of the preset that the settings come from, if any.
+    /// Name of the preset that has these settings, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
     /// Boxes or spheres.
@@ -121,9 +121,9 @@ impl Measurement {
         Some(file_and_builder(self.tree.as_ref()?.as_ref(), &self.builder))
     }
 
-    /// The preset, or else builder, curve and passes, as a short name.
+    /// Builder, curve and passes as a short name; of a preset that `compare` sets beside others its name.
     pub fn builder_name(&self) -> String {
-        if let Some(preset) = &self.preset {
+        if let Some(preset) = self.preset.as_ref().filter(|_| self.command == "compare") {
             return preset.clone();
         }
         let mut parts = vec![self.builder.clone()];

@@ -37,7 +37,7 @@ impl Subject {
 pub struct Setup {
     /// Build settings.
     pub build: BuildSettings,
-    /// The preset that the settings come from, if any.
+    /// The preset that was given or that stands for the settings, if any: command lines of rows name it.
     pub preset: Option<Preset>,
     /// Threads for building and tracing; 0 for all.
     pub threads: usize,

@@ -9,7 +9,7 @@ use super::population::MeasuredRays;
 use super::setup::{Contender, Subject, TraceView};
 use crate::accel::Accel;
 use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
-use crate::catalog::settings::Stated;
+use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
 use crate::render::{PrimaryTrace, TestSummary};
 use bvhscope_engine::BuildReport;
@@ -70,7 +70,7 @@ impl Trial {
             triangles: subject.scene.triangles.len(),
             builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
-            preset: setup.preset.map(|preset| preset.name().to_owned()),
+            preset: if read.is_some() { None } else { preset_name(&setup.build) },
             container: read.as_ref().map_or(setup.build.tree_container(), |accel| accel.tree.container_kind()),
             settings: if read.is_some() { Stated::default() } else { Stated::of(&setup.build) },
             motion: None,
@@ -320,7 +320,7 @@ mod tests {
             triangles: 7,
             builder: "aac".to_owned(),
             tree: None,
-            preset: Some("hq".to_owned()),
+            preset: None,
             container: ContainerKind::Sphere,
             settings: Stated::of(&build),
             motion: None,

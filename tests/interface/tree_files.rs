@@ -65,7 +65,7 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
 #[test]
 fn a_tree_file_takes_the_place_of_the_build_until_a_setting_changes() {
     let (mut harness, _folder, path) = with_tree_file();
-    assert!(harness.query_by_label_contains("mine.bvh (handmade), box").is_some());
+    assert!(harness.query_by_label_contains("mine.bvh (handmade), boxes").is_some());
     assert!(harness.query_by_label("Build instead").is_some());
     assert_eq!(harness.state().state.preferences.recent_trees, std::slice::from_ref(&path));
     assert_eq!(presented(&harness).accel.build_ms(), Some(12.5));
@@ -226,9 +226,26 @@ fn the_papers_curves_and_the_plots_show_it_beside_ours() {
     harness.get_by_label("Build instead").click();
     settle(&mut harness);
     assert!(presented(&harness).accel.file.is_none());
-    harness.get_by_label_contains("mine.bvh (handmade), box: built in 12.5 ms").click();
+    harness.get_by_label_contains("mine.bvh (handmade), boxes: built in 12.5 ms").click();
     settle(&mut harness);
     assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
+}
+
+#[test]
+fn measuring_all_trees_of_the_session_reads_files_again() {
+    let (mut harness, _folder, path) = with_tree_file();
+    harness.get_by_label("Build instead").click();
+    settle(&mut harness);
+    assert!(presented(&harness).accel.file.is_none());
+    state(&mut harness).lab.plots.kind = PlotKind::List;
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    harness.get_by_label_contains("Measure all ").click();
+    settle(&mut harness);
+    let lab = &harness.state().state.lab;
+    let trees = lab.plots.session.plotted(lab.rays(&presented(&harness).accel.scene));
+    let of_file = trees.iter().find(|tree| tree.file.as_ref().is_some_and(|(file, _)| *file == path)).expect("listed");
+    assert!(of_file.tests.is_some() && of_file.epo.is_some() && of_file.cost.is_some(), "{of_file:?}");
+    assert!(harness.query_by_label("Measure all").is_some(), "all are measured");
 }
 
 #[test]

@@ -322,8 +322,8 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
         "Trace time, binary tree (ms)",
         "Tests per entering ray",
         "Bytes per entering ray",
-        "SAH cost, box",
-        "SAH cost, sphere",
+        "SAH cost, boxes",
+        "SAH cost, spheres",
     ];
     assert_eq!(labels, [&[relative; 2][..], &absolute].concat());
     for panel in &panels[..2] {
@@ -335,7 +335,7 @@ fn a_sweep_is_drawn_as_the_papers_three_curves_and_each_with_its_unit() {
         }
     }
     let tests = &panels[4];
-    assert_eq!(tests.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), ["box", "sphere"]);
+    assert_eq!(tests.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), ["boxes", "spheres"]);
     for point in tests.curves.iter().flat_map(|curve| &curve.points) {
         let row = &rows[point.row.unwrap()];
         assert_eq!((point.x, point.y), (row.settings.number(&THRESHOLD).unwrap(), row.number(TESTS_PER_ENTERING_RAY)));

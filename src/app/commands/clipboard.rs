@@ -207,7 +207,7 @@ pub fn node_text(state: &AppState) -> Option<String> {
             let container = table.node_oriented(node);
             line("Box from", vector(container.bounds.min));
             line("Box to", vector(container.bounds.max));
-            line("Planes", container.kind().name().to_owned());
+            line("Planes", container.kind().label().to_owned());
             line("Area over its box's", container.share_of_plain().to_string());
         }
         ContainerKind::Dop14 => {

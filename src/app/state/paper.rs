@@ -325,7 +325,7 @@ pub fn settings_of(row: &Measurement) -> Option<BuildSettings> {
         return None;
     }
     let builder = BuilderKind::ALL.into_iter().find(|builder| builder.name() == row.builder)?;
-    let mut build = BuildSettings { builder, container: row.container, ..BuildSettings::default() };
+    let mut build = BuildSettings { builder, ..BuildSettings::default() }.for_container(row.container);
     row.settings.apply(&mut build);
     Some(build)
 }

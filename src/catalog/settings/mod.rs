@@ -11,7 +11,7 @@ mod given;
 
 mod stated;
 
-use bvhscope_engine::settings::BuildSettings;
+use bvhscope_engine::settings::{BuildSettings, Pass};
 
 pub use given::Given;
 pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD};
@@ -25,13 +25,23 @@ pub fn written(build: &BuildSettings) -> impl Iterator<Item = (&'static str, Str
     rows.map(|row| (row.key, row.text(build)))
 }
 
-/// Builder, numbers and container of a build, then curve and passes that are not the defaults: "AAC δ 6 ε 0.2, box, collapse
-/// reinsert".
+/// Name of the preset that has these settings, whatever the containers; `None` if none has.
+pub fn preset_name(build: &BuildSettings) -> Option<String> {
+    Some(PRESET.text(&on_plain_boxes(build))).filter(|name| !name.is_empty())
+}
+
+/// The same without the pass that makes oriented boxes: settings of the tree before it.
+fn on_plain_boxes(build: &BuildSettings) -> BuildSettings {
+    BuildSettings { optimize: build.optimize.without(Pass::Orient), ..*build }
+}
+
+/// Builder, numbers and containers of a build, then curve and passes that are not the defaults: "AAC δ 6 ε 0.2, boxes, collapse
+/// reinsert". Oriented boxes stand for the pass that makes them.
 pub fn short_name(build: &BuildSettings) -> String {
-    let stated = Stated::of(build);
+    let stated = Stated::of(&on_plain_boxes(build));
     let builder = [&[build.builder.label().to_owned()], &stated.by_symbol()[..]].concat().join(" ");
     let named = stated.by_name().into_iter().map(|names| names.replace(',', " "));
-    [builder, build.container.name().to_owned()].into_iter().chain(named).collect::<Vec<_>>().join(", ")
+    [builder, build.tree_container().plural().to_owned()].into_iter().chain(named).collect::<Vec<_>>().join(", ")
 }
 
 /// The settings that a build uses, with their names in the window.
@@ -55,6 +65,30 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
     use super::*;
+    use bvhscope_engine::settings::{BuilderKind, Passes, Preset};
+    use bvhscope_engine::tree::ContainerKind;
+
+    #[test]
+    fn short_names_name_the_containers_of_the_finished_tree() {
+        let of = |container: ContainerKind| short_name(&BuildSettings::default().for_container(container));
+        let expected = ["boxes", "spheres", "14-DOPs", "oriented boxes"].map(|kind| format!("AAC δ 6 ε 0.2, {kind}"));
+        assert_eq!(ContainerKind::WITH_ORIENTED.map(of), expected);
+        let passes = Passes::NONE.with(Pass::Collapse).with(Pass::Orient);
+        let build = BuildSettings { optimize: passes, ..BuildSettings::default() };
+        assert_eq!(short_name(&build), "AAC δ 6 ε 0.2, oriented boxes, collapse");
+    }
+
+    #[test]
+    fn presets_are_found_by_their_settings() {
+        for preset in Preset::ALL {
+            for container in ContainerKind::WITH_ORIENTED {
+                let build = BuildSettings::preset(preset, ContainerKind::Aabb).for_container(container);
+                assert_eq!(preset_name(&build).as_deref(), Some(preset.name()), "{container:?}");
+                assert_eq!(preset_name(&BuildSettings { threshold: 31, ..build }), None);
+            }
+        }
+        assert_eq!(preset_name(&BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() }), None);
+    }
 
     #[test]
     fn each_value_is_read_as_it_is_written() {

@@ -3,7 +3,7 @@
 use super::study::{MotionPlan, MotionRow, MotionStudy};
 use crate::catalog::numbers::rows::{BEHIND_MS, BUILD_MS, POPULATION_TESTS_PER_RAY, RAY_NS, UPDATE_MS};
 use crate::catalog::reading::TreeReading;
-use crate::catalog::settings::Stated;
+use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
 use crate::lab::conditions::Conditions;
 use crate::lab::measure::{LabError, RowSink, request_settings};
@@ -61,12 +61,10 @@ pub fn animate(
     let mut study = pool.install(|| MotionStudy::new(&subject.scene, study, &token.part(0, parts)))?;
     let name = &motion.clips[clip].name;
     for frame in 0.. {
-        let part = token.part(frame + 1, parts);
-        let Some(measured) = pool.install(|| study.next_frame(&part))? else { break };
+        let Some(measured) = pool.install(|| study.next_frame(&token.part(frame + 1, parts)))? else { break };
         for row in &measured {
             rows.row(measurement(row, name, subject, setup, view, pool.current_num_threads()));
         }
-        part.set_progress(1.0);
     }
     Ok(())
 }
@@ -121,7 +119,7 @@ fn measurement(
         triangles: subject.scene.triangles.len(),
         builder: setup.build.builder.name().to_owned(),
         tree: None,
-        preset: setup.preset.map(|preset| preset.name().to_owned()),
+        preset: preset_name(&setup.build),
         container: setup.build.container,
         settings: Stated::of(&setup.build),
         motion: Some(FrameOfClip { policy: row.policy, clip: clip.to_owned(), frame: row.frame, time_s: row.seconds }),

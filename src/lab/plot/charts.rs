@@ -38,9 +38,9 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
         "sweep" => Ok(sweep_charts(rows)),
         "scaling" => Ok(scaling_charts(rows)),
         "animate" => Ok(policy_charts(rows)),
-        "bench" => {
-            Ok(row_charts(rows, false, name, |row| row.file_name().unwrap_or_else(|| row.container.name().to_owned())))
-        }
+        "bench" => Ok(row_charts(rows, false, name, |row| {
+            row.file_name().unwrap_or_else(|| row.container.plural().to_owned())
+        })),
         "compare" => Ok(row_charts(rows, true, Measurement::builder_name, |row| series_name(row, rows))),
         other => Err(format!("there is no plot of '{other}'")),
     }
@@ -51,7 +51,7 @@ fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<Contai
     let kinds: Vec<ContainerKind> =
         ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
     let of_number = |(number, label): (&'static Number, &str)| {
-        let chart = |kind: &ContainerKind| (number, format!("{label}, {}", kind.name()), Some(*kind));
+        let chart = |kind: &ContainerKind| (number, format!("{label}, {}", kind.plural()), Some(*kind));
         if number.compared.is_some_and(|compared| !compared.across_containers) && kinds.len() > 1 {
             kinds.iter().map(chart).collect()
         } else {
@@ -239,7 +239,7 @@ mod tests {
             ("Tests per entering ray", vec![(4.0, 2.0), (6.0, 1.0), (8.0, 0.5)]),
         ];
         assert_eq!(values(relative), expected);
-        let series = "thing.obj, box";
+        let series = "thing.obj, boxes";
         assert_eq!(values(build), [(series, vec![(4.0, 30.0), (6.0, 20.0), (8.0, 10.0)])]);
         assert_eq!(values(trace), [(series, vec![(4.0, 25.0), (6.0, 50.0), (8.0, 75.0)])]);
         assert_eq!(values(tests), [(series, vec![(4.0, 56.0), (6.0, 28.0), (8.0, 14.0)])]);
@@ -259,7 +259,7 @@ mod tests {
         let all = charts(&[row(2, 10.0), file, row(8, 30.0)]).unwrap();
         let [relative, build, _, tests, ..] = &all[..] else { unreachable!("{all:?}") };
         assert_eq!(relative.curves.len(), 3);
-        assert_eq!(values(build), [("thing.obj, box", vec![(2.0, 10.0), (8.0, 30.0)])], "its time is not known");
+        assert_eq!(values(build), [("thing.obj, boxes", vec![(2.0, 10.0), (8.0, 30.0)])], "its time is not known");
         assert_eq!(values(tests)[1], ("mine.bvh (aac)", vec![(2.0, 9.0), (8.0, 9.0)]));
         assert_eq!(tests.curves[1].points[0].row, Some(1));
     }
@@ -273,7 +273,7 @@ mod tests {
         };
         let all = charts(&[row(1, 1.0, Some(1.0)), row(2, 1.5, Some(1.75)), row(4, 3.0, None)]).unwrap();
         let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
-        let (build, trace) = ("build, thing.obj, box", "trace, thing.obj, box");
+        let (build, trace) = ("build, thing.obj, boxes", "trace, thing.obj, boxes");
         let expected = [
             ("ideal", vec![(1.0, 1.0), (4.0, 4.0)]),
             (build, vec![(1.0, 1.0), (2.0, 1.5), (4.0, 3.0)]),
@@ -297,7 +297,7 @@ mod tests {
         let [speedups, efficiencies] = &all[..] else { unreachable!("{all:?}") };
         let names: Vec<&str> = speedups.curves.iter().map(|curve| curve.name.as_str()).collect();
         let series = ["ready to trace predicted", "trace predicted", "build", "trace"]
-            .map(|what| format!("{what}, thing.obj, box"));
+            .map(|what| format!("{what}, thing.obj, boxes"));
         assert_eq!(names, [&["ideal".to_owned()], &series[..]].concat());
         assert_eq!(speedups.curves[1].color, speedups.curves[3].color, "as the build that was measured");
         assert_eq!(values(speedups)[1].1, [(1.0, 1.0), (2.0, 1.75), (8.0, 5.5)]);
@@ -321,7 +321,7 @@ mod tests {
         let build = &charts(&[row("aac", 9.0), row("lbvh", 1.0), row("unknown", f64::NAN)]).unwrap()[0];
         assert_eq!(build.rows, ["unknown", "aac", "lbvh"], "from below");
         let figure = crate::lab::plot::Figure::of_rows(&[row("aac", 9.0)]).unwrap();
-        assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', box."), "{:?}", figure.notes);
+        assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', boxes."), "{:?}", figure.notes);
         assert_eq!(figure.notes[1], "On abacus, bvhscope 0.0.1.");
         assert_eq!(figure.notes[2], "Thin lines run from the fastest to the slowest repetition.");
     }
@@ -345,12 +345,12 @@ mod tests {
         let all = charts(&rows).unwrap();
         let [build, .., boxes, spheres] = &all[..] else { panic!("{all:?}") };
         assert_eq!(build.rows, ["c.obj", "b.obj", "a.obj"], "the first is on top");
-        let of_boxes = ("box", vec![(3.0, 2.0), (7.0, 1.0), (9.0, 0.0)]);
-        let of_spheres = ("sphere", vec![(11.0, 1.0), (13.0, 2.0)]);
-        assert_eq!(values(build), [of_boxes, of_spheres, ("dop", vec![(17.0, 0.0)])]);
+        let of_boxes = ("boxes", vec![(3.0, 2.0), (7.0, 1.0), (9.0, 0.0)]);
+        let of_spheres = ("spheres", vec![(11.0, 1.0), (13.0, 2.0)]);
+        assert_eq!(values(build), [of_boxes, of_spheres, ("14-DOPs", vec![(17.0, 0.0)])]);
         assert_eq!([boxes, spheres].map(|chart| chart.rows.len()), [3, 2], "no empty row, and no chart of one point");
         // SAH costs of boxes and spheres do not compare, so no axis has both.
-        assert_eq!([&boxes.labels[0], &spheres.labels[0]], ["SAH cost, box", "SAH cost, sphere"]);
+        assert_eq!([&boxes.labels[0], &spheres.labels[0]], ["SAH cost, boxes", "SAH cost, spheres"]);
         assert_eq!([boxes, spheres].map(|chart| chart.curves.len()), [1, 1]);
         assert_eq!(spheres.curves[0].color, build.curves[1].color);
         let mixed = [rows[0].clone(), Measurement { command: "sweep".to_owned(), ..sample() }];

@@ -55,7 +55,7 @@ fn scenes(rows: &[Measurement]) -> String {
     }
     // Several are named in the legend.
     let is_one_kind = rows.iter().all(|row| row.container == rows[0].container);
-    let containers = if is_one_kind { format!(", {}", rows[0].container.name()) } else { String::new() };
+    let containers = if is_one_kind { format!(", {}", rows[0].container.plural()) } else { String::new() };
     let scene = |model: &&str| {
         let row = rows.iter().find(|row| row.model == *model);
         let triangles = row.map_or(0, |row| row.triangles);

@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(charts[2].curves[0].points[0].spread, Some([90.0, 200.0]));
         assert!(charts[0].curves[0].points[0].spread.is_none(), "an update is measured once");
         let notes = notes(&rows, &charts);
-        assert!(notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', box. "), "{notes:?}");
+        assert!(notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', boxes. "), "{notes:?}");
         assert!(notes.iter().any(|note| note.contains("slowest repetition")), "{notes:?}");
         assert!(!notes.iter().any(|note| note.contains("predictions")), "{notes:?}");
     }

@@ -14,7 +14,7 @@ pub(super) fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
         parts.push(name_among(&row.model, &models));
     }
     if rows.iter().any(|other| other.container != row.container) {
-        parts.push(row.container.name().to_owned());
+        parts.push(row.container.plural().to_owned());
     }
     if row.command == "sweep" {
         let others = row.settings.all().filter(|(setting, _)| *setting != &THRESHOLD);
@@ -24,7 +24,7 @@ pub(super) fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
         parts.extend(differing.map(|(setting, text)| format!("{} = {text}", setting.symbol().unwrap_or(setting.key))));
     }
     if parts.is_empty() {
-        parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.name()));
+        parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.plural()));
     }
     parts.join(", ")
 }

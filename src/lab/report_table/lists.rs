@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5, 3 threads)");
         let expected = [
             "scene: thing.obj",
-            "builder: fast",
+            "builder: aac + hilbert + collapse",
             "container: box",
             "δ: 11",
             "ε: 0.25",
@@ -235,7 +235,8 @@ mod tests {
     #[test]
     fn compared_builders_come_by_speed_relative_to_the_fast_preset() {
         let row = |preset: &str, speed: f64| {
-            let mut row = Measurement { preset: Some(preset.to_owned()), ..sample().with(MRAYS_PER_S, speed) };
+            let (command, preset) = ("compare".to_owned(), Some(preset.to_owned()));
+            let mut row = Measurement { command, preset, ..sample().with(MRAYS_PER_S, speed) };
             row.values.set_spread(MRAYS_PER_S, Some([speed - 0.1, speed + 0.1]));
             row
         };

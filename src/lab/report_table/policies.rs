@@ -251,7 +251,8 @@ mod tests {
         }
         let tables = policy_tables(&rows);
         let [table] = &tables[..] else { unreachable!("{tables:?}") };
-        assert!(table.title.starts_with("thing.obj, fast, box: 3 frames of clip 'run' ("), "{}", table.title);
+        let start = "thing.obj, aac + hilbert + collapse, box: 3 frames of clip 'run' (";
+        assert!(table.title.starts_with(start), "{}", table.title);
         assert_eq!(table.rows[1][..4], ["rebuild", "0.750", "0.750", "3.000"]);
         assert_eq!(table.rows[0].last().map(String::as_str), Some("3.427"));
         let text = table.notes.join("\n");

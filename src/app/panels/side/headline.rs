@@ -88,9 +88,9 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
 
 /// The settings of a tree, or its file and builder.
 fn tree_name(shown: &Presented) -> String {
-    let settings = &shown.accel.settings;
-    let Some(file) = &shown.accel.file else { return short_name(settings) };
-    format!("{}, {}", file_and_builder(&file.path, &file.builder()), settings.container.name())
+    let Some(file) = &shown.accel.file else { return short_name(&shown.accel.settings) };
+    let containers = shown.accel.tree.container_kind().plural();
+    format!("{}, {containers}", file_and_builder(&file.path, &file.builder()))
 }
 
 /// The time of a whole build, of which the number is the median, or of the only one; `None` where it is not known.

@@ -1,6 +1,6 @@
 //! The view "Plots": what is plotted, and the trees of this session.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,7 @@ use crate::lab::population::{MeasuredRays, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree::ContainerKind;
 
 /// Most trees of a session that are kept: those that were built last.
 const MOST_TREES: usize = 512;
@@ -124,8 +125,10 @@ impl TreeQuality {
 /// A tree in a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlottedTree {
-    /// Its settings; of a tree from a file only the kind of container counts.
+    /// Its settings; of a tree from a file they mean nothing.
     pub build: BuildSettings,
+    /// Kind of its containers.
+    pub container: ContainerKind,
     /// The file that holds it, with the name of its builder.
     pub file: Option<(PathBuf, String)>,
     /// Build time in milliseconds, where it is known.
@@ -146,6 +149,7 @@ impl PlottedTree {
         let reading = accel.reading();
         Self {
             build: accel.settings,
+            container: accel.tree.container_kind(),
             file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
             build_ms: reading.build.map(|times| times.ms),
             sah_cost: f64::from(accel.report.stats.sah_cost),
@@ -166,17 +170,22 @@ impl PlottedTree {
 
     /// Whether it is `accel`.
     pub fn is(&self, accel: &Accel) -> bool {
-        match (&self.file, &accel.file) {
-            (Some((path, _)), Some(file)) => *path == file.path,
-            (None, None) => self.build == accel.settings,
+        self.is_of(accel.file.as_ref().map(|file| file.path.as_path()), &accel.settings)
+    }
+
+    /// True if it was read from `file`, or without one built with `build`.
+    fn is_of(&self, file: Option<&Path>, build: &BuildSettings) -> bool {
+        match (&self.file, file) {
+            (Some((path, _)), Some(file)) => path == file,
+            (None, None) => self.build == *build,
             _ => false,
         }
     }
 
-    /// Its settings in few words: "AAC δ 6 ε 0.2, box, collapse"; its file and builder where it was read: "mine.bvh (embree), box".
+    /// Its settings in few words: "AAC δ 6 ε 0.2, boxes, collapse"; its file and builder where it was read: "mine.bvh (embree), boxes".
     pub fn name(&self) -> String {
         if let Some((path, builder)) = &self.file {
-            return format!("{}, {}", file_and_builder(path, builder), self.build.container.name());
+            return format!("{}, {}", file_and_builder(path, builder), self.container.plural());
         }
         short_name(&self.build)
     }
@@ -188,7 +197,7 @@ struct SessionTree {
     tree: PlottedTree,
     /// The measured costs, each with its rays.
     costs: Vec<(ViewRays, f64)>,
-    /// Its build was repeated, or is known to be impossible.
+    /// Its build was repeated or its file read again, or that is known to be impossible.
     is_measured: bool,
 }
 
@@ -221,7 +230,8 @@ impl SessionTrees {
             return;
         }
         let tree = PlottedTree::of(accel);
-        let is_measured = accel.whole_builds().is_some() && tree.tests.is_some();
+        // The build of a tree from a file is not repeated.
+        let is_measured = (accel.file.is_some() || accel.whole_builds().is_some()) && tree.tests.is_some();
         if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
             if accel.file.is_some() && known.tree.sah_cost != tree.sah_cost {
                 // The file was written anew.
@@ -242,18 +252,16 @@ impl SessionTrees {
         self.trees.push(SessionTree { is_measured, ..SessionTree::new(tree) });
     }
 
-    /// Settings of the trees that lack a reading or what `rays` cost in them. Trees of files are not built here.
-    pub fn unmeasured(&self, rays: Option<ViewRays>) -> impl Iterator<Item = BuildSettings> {
+    /// The trees that lack a reading or what `rays` cost in them.
+    pub fn unmeasured(&self, rays: Option<ViewRays>) -> impl Iterator<Item = &PlottedTree> {
         let knows = move |tree: &SessionTree, rays: ViewRays| tree.costs.iter().any(|(of, _)| *of == rays);
-        let lacks = move |tree: &&SessionTree| {
-            tree.tree.file.is_none() && (!tree.is_measured || rays.is_some_and(|rays| !knows(tree, rays)))
-        };
-        self.trees.iter().filter(lacks).map(|tree| tree.tree.build)
+        let lacks = move |tree: &&SessionTree| !tree.is_measured || rays.is_some_and(|rays| !knows(tree, rays));
+        self.trees.iter().filter(lacks).map(|tree| &tree.tree)
     }
 
-    /// Notes what was measured of a tree; of one that cannot be built nothing, and it is not tried again.
+    /// Notes what was measured of a tree; of one that cannot be built or read nothing, and it is not tried again.
     fn note_measured(&mut self, wanted: &TreeToMeasure, measured: Option<&PlottedTree>) {
-        let is_it = |known: &&mut SessionTree| known.tree.file.is_none() && known.tree.build == wanted.build;
+        let is_it = |known: &&mut SessionTree| known.tree.is_of(wanted.file.as_deref(), &wanted.build);
         let Some(known) = self.trees.iter_mut().find(is_it) else { return };
         known.is_measured = true;
         if let Some(measured) = measured {
@@ -277,11 +285,13 @@ impl SessionTrees {
     }
 }
 
-/// A tree of the session that is built again to be measured.
+/// A tree of the session that is built or read again to be measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeToMeasure {
     /// Its settings.
     pub build: BuildSettings,
+    /// The file that holds it, in place of the build.
+    pub file: Option<PathBuf>,
     /// The rays whose cost is measured.
     pub rays: ViewRays,
 }
@@ -345,7 +355,11 @@ impl PlotsState {
     /// measured.
     pub fn next_to_measure(&mut self, accel: &Arc<Accel>, rays: ViewRays) -> Option<TreeToMeasure> {
         while self.measures_all {
-            let wanted = self.session.unmeasured(Some(rays)).next().map(|build| TreeToMeasure { build, rays });
+            let wanted = self.session.unmeasured(Some(rays)).next().map(|tree| TreeToMeasure {
+                build: tree.build,
+                file: tree.file.as_ref().map(|(path, _)| path.clone()),
+                rays,
+            });
             match wanted {
                 Some(wanted) if self.measured.is_cancelled(accel, &wanted) => self.measured.resume(),
                 Some(wanted) => match self.measured.get(accel, &wanted) {

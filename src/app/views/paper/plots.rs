@@ -173,7 +173,7 @@ fn clicked(ui: &Ui, chart: &Chart, rows: &[Measurement], axes: &Axes, id: egui::
     row
 }
 
-/// Accessible name of a point: "Tests per ray 11.2 at threshold 6, box".
+/// Accessible name of a point: "Tests per ray 11.2 at threshold 6, boxes".
 fn point_name(chart: &Chart, curve: &Curve, point: &Point) -> String {
     let (value, label) = chart.value(point);
     let (name, unit) = label.split_once(" (").unwrap_or((label, ""));

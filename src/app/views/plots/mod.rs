@@ -141,13 +141,19 @@ fn add_session(studies: &mut Studies) -> std::io::Result<()> {
     studies.add(plan, |accel, wanted: &TreeToMeasure, token| measure_tree(&accel.scene, wanted, token))
 }
 
-/// Builds a tree of `scene`, repeats that, and counts rays: a second or two. `None` of a tree that cannot be built.
+/// Builds a tree of `scene` and repeats that, or reads it from its file, and counts rays: a second or two. `None` of a tree that cannot be
+/// built or read.
 fn measure_tree(
     scene: &Arc<Scene>,
-    TreeToMeasure { build, rays }: &TreeToMeasure,
+    TreeToMeasure { build, file, rays }: &TreeToMeasure,
     token: &CancelToken,
 ) -> Result<Option<PlottedTree>, Cancelled> {
-    let accel = match Accel::build_binary(scene, build, &token.part(0, 3)) {
+    let part = token.part(0, 3);
+    let accel = match file {
+        Some(path) => Accel::read(scene, path, build.optimize, &part).map_err(BuildError::from),
+        None => Accel::build_binary(scene, build, &part),
+    };
+    let accel = match accel {
         Ok(accel) => Arc::new(accel),
         Err(BuildError::Refused(_)) => return Ok(None),
         Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),

@@ -70,7 +70,8 @@ pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
                 [("SAH cost", |tree| tree.sah_cost, prediction.sah), ("EPO", |tree| tree.epo, prediction.epo)];
             let chart = |(label, predictor, r): Predictor| {
                 let (dots, axes, title) = prediction_plot(&trees, predictor, r);
-                let labels = [label.to_owned(), format!("Measured cost ({})", state.lab.population.name())];
+                let rays = state.lab.population.label().to_lowercase();
+                let labels = [label.to_owned(), format!("Measured cost ({rays})")];
                 Chart {
                     title,
                     labels,
@@ -104,7 +105,7 @@ fn node_chart(state: &AppState, shown: &Presented) -> Option<Chart> {
     let drawn = |node: &ScatterNode| [node.predicted, f64::from(node.measured)];
     let equal = [1.0, scatter.axes[0].high].map(|end| [end; 2]);
     Some(Chart {
-        title: format!("{} rays", scatter.sums.population.name()),
+        title: scatter.sums.population.label().to_owned(),
         labels: nodes::LABELS.map(str::to_owned),
         axes: scatter.axes,
         curves: vec![

@@ -49,6 +49,7 @@ fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
     let build = settings_of(row).filter(|build| build.builder != BuilderKind::None);
     let rays = row.populations.iter().find(|measured| measured.population == population);
     Some(PlottedTree {
+        container: row.container,
         build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
         file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
         build_ms: row.values.known(BUILD_MS),
@@ -62,8 +63,8 @@ fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
 /// The trees whose measured cost and both predictions are known, of the kind of container of the presented tree: those of boxes and
 /// spheres do not compare.
 pub(super) fn predicted(state: &AppState, shown: &Presented) -> Vec<(PlottedTree, PredictedTree)> {
-    let container = shown.accel.settings.container;
-    let trees = plotted(state, shown).into_iter().filter(|tree| tree.build.container == container);
+    let container = shown.accel.tree.container_kind();
+    let trees = plotted(state, shown).into_iter().filter(|tree| tree.container == container);
     let known = trees.filter_map(|tree| {
         let (sah_cost, epo, cost) = (tree.sah_cost, tree.epo?, tree.cost?);
         Some((tree, PredictedTree { sah_cost, epo, cost }))
@@ -90,10 +91,10 @@ pub(super) fn prediction_plot(
 /// The trees of the plot of speed and quality, with its axes, and the indices of those that no other beats.
 pub(super) fn speed_plot(state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axis; 2], Vec<usize>) {
     let quality = state.lab.plots.quality;
-    let container = shown.accel.settings.container;
+    let container = shown.accel.tree.container_kind();
     let dot = |tree: PlottedTree| {
         // Predictions of boxes and of spheres do not compare; counts do.
-        let compares = quality == TreeQuality::Cost || tree.build.container == container;
+        let compares = quality == TreeQuality::Cost || tree.container == container;
         let at = [tree.build_ms?, tree.quality(quality).filter(|_| compares)?];
         Some(Dot { tree, at })
     };
@@ -239,7 +240,7 @@ pub(super) fn request(state: &mut AppState, tree: &PlottedTree, side: TreeSide) 
     state.wanted.set_tree_file(side, tree.file.as_ref().map(|(path, _)| path.clone()));
 }
 
-/// A tree as text: "AAC δ 6 ε 0.2, box: built in 12 ms, SAH cost 30, EPO 2, measured cost 24 by Primary rays".
+/// A tree as text: "AAC δ 6 ε 0.2, boxes: built in 12 ms, SAH cost 30, EPO 2, measured cost 24 by Primary rays".
 fn text_of(state: &AppState, tree: &PlottedTree) -> String {
     let built = tree.build_ms.map(|ms| format!("built in {} ms", format::significant(ms)));
     let quality = |(quality, label, _)| Some(format!("{label} {}", format::significant(tree.quality(quality)?)));
@@ -274,7 +275,7 @@ pub(super) fn show_list(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         return;
     }
     ui.horizontal(|ui| buttons(ui, state, &trees));
-    let is_one_kind = trees.iter().all(|tree| tree.build.container == trees[0].build.container);
+    let is_one_kind = trees.iter().all(|tree| tree.container == trees[0].container);
     let cells: Vec<Vec<String>> = trees.iter().map(cells).collect();
     let reading = |(name, unit, _): Reading| {
         // Predictions of boxes and of spheres do not compare; times and counts do.
@@ -328,7 +329,7 @@ fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
         return;
     }
     let label = if left > 0 { format!("Measure all {left}") } else { "Measure all".to_owned() };
-    let tip = "Build each tree that lacks a reading again, several times, and count the chosen rays: some seconds a tree, in the background";
+    let tip = "Build each tree that lacks a reading again, several times, or read its file, and count the chosen rays: some seconds a tree, in the background";
     let button = ui.add_enabled(left > 0, Button::new(label)).tip(tip);
     if button.disabled_tip("All are measured").clicked() {
         state.lab.plots.measures_all = true;
