@@ -15,14 +15,15 @@ use crate::aac::build_tree::{Forest, TreeBuilder};
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
-use crate::aac::leaf_blocks::LeafBlocks;
-use crate::aac::leaf_order::order_leaves;
+use crate::aac::leaf_blocks::{Blocks, leaf_blocks};
+use crate::aac::leaf_order::{Primitives, order_leaves};
 use crate::aac::recursion::{Recursion, recursion_of};
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
+use crate::kernel::par_collect::zeros;
 use crate::kernel::simd::dispatch;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};
@@ -50,23 +51,35 @@ pub fn build_bvh<C: ClusterContainer>(
         }
         None => sort_primitives(triangles, bounds, settings.curve, token, times)?,
     };
-    let joined = join(triangles, &input, settings, token, times)?;
-    let items = joined.as_ref().map_or(&input, |joined| &joined.blocks);
-    let node_count = 2 * items.len() - 1;
-    let nodes = cache.as_deref_mut().map_or_else(|| bytemuck::zeroed_vec(node_count), |cache| cache.nodes(node_count));
+    let blocks = join(triangles, &input, settings, token, times)?;
+    let items = SortedItems { primitives: &input, blocks: blocks.as_ref() };
+    let node_count = 2 * items.list().len() - 1;
+    let nodes = match cache.as_deref_mut().and_then(|cache| cache.nodes(node_count)) {
+        Some(nodes) => nodes,
+        None => zeros(node_count, token)?,
+    };
     // Sums over a tree of blocks would count each as one primitive.
-    let mut sums = (cache.is_some() && joined.is_none()).then(Sums::default);
-    let mut tree = cluster(triangles, items, settings, nodes, sums.as_mut(), token, times);
-    if let (Some(joined), Ok(tree)) = (&joined, &mut tree) {
-        let start = Instant::now();
-        joined.restore(tree, &input, token)?;
-        times.stages.push(("leaves", start.elapsed()));
-    }
+    let mut sums = (cache.is_some() && blocks.is_none()).then(Sums::default);
+    let tree = cluster(triangles, items, settings, nodes, sums.as_mut(), token, times);
     if let Some(cache) = cache {
         cache.store_order(input, settings.curve);
         cache.store_stats(sums.zip(tree.as_ref().ok()).map(|(sums, tree)| sums.into_stats(tree)));
     }
     tree
+}
+
+/// The items that are clustered.
+#[derive(Clone, Copy)]
+struct SortedItems<'a, C: ClusterContainer> {
+    primitives: &'a SortedPrimitives<C>,
+    /// Blocks of them, which are the items where there are any.
+    blocks: Option<&'a SortedPrimitives<C>>,
+}
+
+impl<'a, C: ClusterContainer> SortedItems<'a, C> {
+    fn list(self) -> &'a SortedPrimitives<C> {
+        self.blocks.unwrap_or(self.primitives)
+    }
 }
 
 /// Joins primitives into leaf blocks, where the settings want that.
@@ -76,13 +89,13 @@ fn join<C: ClusterContainer>(
     settings: &BuildSettings,
     token: &CancelToken,
     times: &mut StageTimes,
-) -> Result<Option<LeafBlocks<C>>, Cancelled> {
+) -> Result<Option<SortedPrimitives<C>>, Cancelled> {
     if settings.builder != BuilderKind::Swift {
         return Ok(None);
     }
     token.begin_stage("blocks");
     let start = Instant::now();
-    let joined = LeafBlocks::new(triangles, input, token)?;
+    let joined = leaf_blocks(triangles, input, token)?;
     times.stages.push(("blocks", start.elapsed()));
     Ok(Some(joined))
 }
@@ -97,16 +110,17 @@ pub fn build_bvh_with_recursion<C: ClusterContainer>(
     let mut times = StageTimes::default();
     let input = sort_primitives(triangles, bounds, settings.curve, token, &mut times)?;
     let nodes = bytemuck::zeroed_vec(2 * triangles.len() - 1);
-    let mut tree = cluster(triangles, &input, settings, nodes, None, token, &mut times)?;
+    let items = SortedItems { primitives: &input, blocks: None };
+    let mut tree = cluster(triangles, items, settings, nodes, None, token, &mut times)?;
     let recursion = recursion_of(&input, settings, &mut tree.nodes, token)?;
     Ok((tree, recursion))
 }
 
-/// The second half of figure 5: clusters the sorted primitives `input`. Overwrites `nodes`, whose contents do not matter, and adds
-/// the finished nodes to `sums`.
+/// The second half of figure 5: clusters the sorted `items`. Overwrites `nodes`, whose contents do not matter, and adds the finished
+/// nodes to `sums`.
 fn cluster<C: ClusterContainer>(
     triangles: &[Triangle],
-    input: &SortedPrimitives<C>,
+    items: SortedItems<C>,
     settings: &BuildSettings,
     mut nodes: Vec<Node<C>>,
     sums: Option<&mut Sums>,
@@ -117,6 +131,7 @@ fn cluster<C: ClusterContainer>(
     let start = Instant::now();
     let reduction = Reduction::of(settings);
     let level = SimdLevel::of_builds().level();
+    let input = items.list();
     let plan = TaskPlan::new(input, &reduction, 0..input.len());
     let (top, task_nodes) = nodes.split_at_mut(plan.top_len());
 
@@ -135,7 +150,11 @@ fn cluster<C: ClusterContainer>(
 
     token.begin_stage("flatten");
     let start = Instant::now();
-    let (primitive_indices, max_depth) = order_leaves(top, &mut tasks, input.len(), sums, token)?;
+    let SortedItems { primitives, blocks } = items;
+    let (primitive_indices, max_depth) = match blocks {
+        None => order_leaves(&Primitives, top, &mut tasks, primitives.len(), sums, token),
+        Some(blocks) => order_leaves(&Blocks { primitives, blocks }, top, &mut tasks, primitives.len(), sums, token),
+    }?;
     times.stages.push(("flatten", start.elapsed()));
     token.set_progress(1.0);
     Ok(Tree { nodes, primitive_indices, max_depth })

@@ -74,13 +74,11 @@ impl BuildCache {
         self.stats = stats;
     }
 
-    /// The nodes of a discarded tree of `count` nodes, or a new list; what they contain is unspecified.
-    pub(super) fn nodes<C: ClusterContainer>(&mut self, count: usize) -> Vec<Node<C>> {
+    /// The nodes of a discarded tree of `count` nodes, if there is one; what they contain is unspecified.
+    pub(super) fn nodes<C: ClusterContainer>(&mut self, count: usize) -> Option<Vec<Node<C>>> {
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).take();
-        match spare.and_then(|spare| spare.downcast::<Tree<C>>().ok()) {
-            Some(tree) if tree.nodes.len() == count => tree.nodes,
-            _ => bytemuck::zeroed_vec(count),
-        }
+        let tree = spare.and_then(|spare| spare.downcast::<Tree<C>>().ok())?;
+        (tree.nodes.len() == count).then_some(tree.nodes)
     }
 }
 

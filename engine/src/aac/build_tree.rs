@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Level, Simd};
 
-use crate::aac::cluster::{Cluster, ClusterStack};
+use crate::aac::cluster::{Cluster, ClusterStack, item};
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::combine::combine_clusters;
 use crate::aac::combine_long::Scratch;
@@ -108,9 +108,9 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         })?;
         // From here on a cluster refers to its nodes by an index that stands for this task's root.
         let mut roots = Vec::with_capacity(clusters.len);
-        for (cluster, index) in clusters.items[..clusters.len].iter_mut().zip(slots.first_root..) {
+        for (cluster, index) in clusters.items[..clusters.len].iter_mut().zip((slots.first_root..).step_by(2)) {
             roots.push(cluster.first);
-            if cluster.count > 1 {
+            if item(cluster.first).is_none() {
                 cluster.first = index as u32;
             }
         }
@@ -160,11 +160,13 @@ fn build_tree_in_task<C: ClusterContainer, S: Simd>(
                     }
                     prefetched_to = prefetch_to;
                     for (at, position) in range.clone().enumerate() {
-                        let (fields, primitive) = match input.block(position) {
-                            Some(block) => (block.fields(), position as u32),
-                            None => input.fields(simd, triangles, position),
+                        let cluster = if let Some((block, primitives)) = input.block(position) {
+                            Cluster::of_item(block.fields(), position as u32, primitives.len() as u32)
+                        } else {
+                            let (fields, primitive) = input.fields(simd, triangles, position);
+                            Cluster::of_primitive(fields, primitive)
                         };
-                        loaded.set(at, Cluster::of_primitive(fields, primitive));
+                        loaded.set(at, cluster);
                     }
                     loaded_range = range.clone();
                 }

@@ -15,17 +15,30 @@ use crate::tree::Node;
 pub struct Cluster<C: ClusterContainer> {
     /// Fields of its container, see [`ClusterContainer::fields`].
     pub fields: C::Fields<f32>,
-    /// Index of its first child in the list of nodes or, of a single primitive, that primitive's index in the input.
+    /// Index of its first child in the list of nodes, which is odd, or twice the index of its [`item`].
     pub first: u32,
     /// Number of primitives.
     pub count: u32,
 }
 
+/// Index of the item that a cluster or node with this `first` is before its leaves are ordered: of a primitive in the input, of a block
+/// its position. `None` where it was merged.
+#[inline(always)]
+pub fn item(first: u32) -> Option<u32> {
+    first.is_multiple_of(2).then_some(first / 2)
+}
+
 impl<C: ClusterContainer> Cluster<C> {
-    /// The cluster of a single primitive, whose container has these `fields`.
+    /// The cluster of the item `index`, below 2³¹, of `count` primitives, whose container has these `fields`.
+    #[inline(always)]
+    pub fn of_item(fields: C::Fields<f32>, index: u32, count: u32) -> Self {
+        Self { fields, first: 2 * index, count }
+    }
+
+    /// The cluster of the single primitive with this index, whose container has these `fields`.
     #[inline(always)]
     pub fn of_primitive(fields: C::Fields<f32>, primitive: u32) -> Self {
-        Self { fields, first: primitive, count: 1 }
+        Self::of_item(fields, primitive, 1)
     }
 
     /// The node that it becomes. An interior node's `count` still is its number of primitives, until leaves are ordered.

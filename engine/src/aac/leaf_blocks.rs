@@ -11,19 +11,23 @@
 use std::ops::Range;
 
 use bytemuck::Zeroable;
-use fearless_simd::{Select, Simd, SimdBase, f32x4};
+use fearless_simd::{Select, Simd, SimdBase, f32x8};
 use rayon::prelude::*;
 
 use crate::aac::cluster_container::ClusterContainer;
+use crate::aac::leaf_order::LeafItems;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::lanes::Fields;
-use crate::kernel::simd::baseline;
+use crate::kernel::SimdLevel;
+use crate::kernel::lanes::{Fields, LANES};
+use crate::kernel::par_collect::zeros;
+use crate::kernel::simd::dispatch_plain;
 use crate::order::SortedPrimitives;
-use crate::tree::Tree;
 
 /// Primitives whose blocks are made at once, none across their ends: their items fit the L1 cache.
 const CHUNK: usize = 256;
+/// Length of the lists of a chunk: longer by a vector, and by what is read beside it.
+const LISTED: usize = CHUNK + 2 * LANES;
 /// Chunks in a task.
 const CHUNKS: usize = 32;
 /// Maximum cost of a leaf of two items by the surface area heuristic, as a multiple of the cost of a node above them. Found by
@@ -31,13 +35,25 @@ const CHUNKS: usize = 32;
 const GUARD: f32 = 1.25;
 /// Rounds of joining, each of which at most doubles a block: to as many primitives as the wide tree tests side by side.
 const ROUNDS: usize = 2;
+/// Maximum number of primitives in a block.
+const MAX_SIZE: usize = 1 << ROUNDS;
 
-/// Blocks of the primitives of a build.
-pub struct LeafBlocks<C: ClusterContainer> {
-    /// The blocks in order along the curve, in place of primitives.
-    pub blocks: SortedPrimitives<C>,
-    /// Position in sorted order of the first primitive of each block, and the number of primitives.
-    starts: Vec<u32>,
+/// Sorted primitives, and blocks of them, as the items of a tree.
+pub struct Blocks<'a, C: ClusterContainer> {
+    pub primitives: &'a SortedPrimitives<C>,
+    pub blocks: &'a SortedPrimitives<C>,
+}
+
+impl<C: ClusterContainer> LeafItems for Blocks<'_, C> {
+    #[inline(always)]
+    fn write(&self, index: u32, leaf: &mut [u32]) {
+        let Some((_, positions)) = self.blocks.block(index as usize) else { return };
+        // Without a branch on their number, which could not be predicted: the last one is written again.
+        let last = positions.len() - 1;
+        for at in 0..MAX_SIZE {
+            leaf[at.min(last)] = self.primitives.primitive(positions.start + at.min(last));
+        }
+    }
 }
 
 /// The blocks of a task.
@@ -46,103 +62,35 @@ struct TaskBlocks<C> {
     starts: Vec<u32>,
 }
 
-impl<C: ClusterContainer> LeafBlocks<C> {
-    /// Joins the primitives of `input`, which are `triangles`, into blocks. The same for any number of threads.
-    pub fn new(triangles: &[Triangle], input: &SortedPrimitives<C>, token: &CancelToken) -> Result<Self, Cancelled> {
-        let fork = token.fork();
-        let tasks = (0..input.len()).into_par_iter().step_by(CHUNK * CHUNKS).map(|first| {
-            fork.task(|token| {
-                token.check()?;
-                let end = input.len().min(first + CHUNK * CHUNKS);
-                let mut blocks =
-                    TaskBlocks { containers: Vec::with_capacity(end - first), starts: Vec::with_capacity(end - first) };
+/// Joins the primitives of `input`, which are `triangles`, into blocks, which take their places in the result. The same for any number
+/// of threads.
+pub fn leaf_blocks<C: ClusterContainer>(
+    triangles: &[Triangle],
+    input: &SortedPrimitives<C>,
+    token: &CancelToken,
+) -> Result<SortedPrimitives<C>, Cancelled> {
+    let level = SimdLevel::of_builds().level();
+    let fork = token.fork();
+    let tasks = (0..input.len()).into_par_iter().step_by(CHUNK * CHUNKS).map(|first| {
+        fork.task(|token| {
+            token.check()?;
+            let end = input.len().min(first + CHUNK * CHUNKS);
+            let mut blocks =
+                TaskBlocks { containers: Vec::with_capacity(end - first), starts: Vec::with_capacity(end - first) };
+            dispatch_plain!(level, simd => {
                 for start in (first..end).step_by(CHUNK) {
-                    join_chunk(triangles, input, start..end.min(start + CHUNK), &mut blocks);
+                    join_chunk(simd, triangles, input, start..end.min(start + CHUNK), &mut blocks);
                 }
-                Ok(blocks)
-            })
-        });
-        let tasks: Vec<TaskBlocks<C>> = tasks.collect::<Result<_, Cancelled>>()?;
-        fork.join();
-        let containers = concatenated(tasks.iter().map(|task| &task.containers[..]), token)?;
-        let end = [input.len() as u32];
-        let starts = concatenated(tasks.iter().map(|task| &task.starts[..]).chain([&end[..]]), token)?;
-        let blocks = input.in_blocks(&starts[..containers.len()], containers, token)?;
-        Ok(Self { blocks, starts })
-    }
-
-    /// Makes `tree`, over the blocks, one over the primitives of `input`.
-    pub fn restore(
-        &self,
-        tree: &mut Tree<C>,
-        input: &SortedPrimitives<C>,
-        token: &CancelToken,
-    ) -> Result<(), Cancelled> {
-        let (primitive_indices, first_slots) = self.in_order(&tree.primitive_indices, input, token)?;
-        let fork = token.fork();
-        tree.nodes.par_chunks_mut(CHUNK * CHUNKS).try_for_each(|nodes| {
-            fork.task(|token| {
-                token.check()?;
-                for node in nodes.iter_mut().filter(|node| node.is_leaf()) {
-                    let block = node.first as usize;
-                    node.first = first_slots[block];
-                    node.count = first_slots[block + 1] - node.first;
-                }
-                Ok(())
-            })
-        })?;
-        fork.join();
-        tree.primitive_indices = primitive_indices;
-        Ok(())
-    }
-
-    /// The primitives of `blocks` in order, the slot of the first of each block, and the number of slots.
-    fn in_order(
-        &self,
-        blocks: &[u32],
-        input: &SortedPrimitives<C>,
-        token: &CancelToken,
-    ) -> Result<(Vec<u32>, Vec<u32>), Cancelled> {
-        let positions = |&block: &u32| self.starts[block as usize] as usize..self.starts[block as usize + 1] as usize;
-        let mut first_slots: Vec<u32> = bytemuck::zeroed_vec(blocks.len() + 1);
-        let mut primitive_indices: Vec<u32> = bytemuck::zeroed_vec(input.len());
-        let fork = token.fork();
-        let counts = blocks.par_chunks(CHUNK * CHUNKS).map(|blocks| {
-            fork.task(|token| {
-                token.check()?;
-                Ok(blocks.iter().map(|block| positions(block).len()).sum())
-            })
-        });
-        let counts: Vec<usize> = counts.collect::<Result<_, Cancelled>>()?;
-        fork.join();
-        first_slots[blocks.len()] = input.len() as u32;
-        let mut parts = Vec::with_capacity(counts.len());
-        let (mut first, mut remaining) = (0, &mut primitive_indices[..]);
-        let lists = blocks.chunks(CHUNK * CHUNKS).zip(first_slots.chunks_mut(CHUNK * CHUNKS));
-        for ((blocks, first_slots), count) in lists.zip(counts) {
-            let own;
-            (own, remaining) = remaining.split_at_mut(count);
-            parts.push((blocks, first_slots, own, first));
-            first += count as u32;
-        }
-        let fork = token.fork();
-        parts.into_par_iter().try_for_each(|(blocks, first_slots, own, first)| {
-            fork.task(|token| {
-                token.check()?;
-                let mut slot = 0;
-                for (block, first_slot) in blocks.iter().zip(first_slots) {
-                    *first_slot = first + slot as u32;
-                    for position in positions(block) {
-                        own[slot] = input.primitive(position);
-                        slot += 1;
-                    }
-                }
-                Ok(())
-            })
-        })?;
-        fork.join();
-        Ok((primitive_indices, first_slots))
-    }
+            });
+            Ok(blocks)
+        })
+    });
+    let tasks: Vec<TaskBlocks<C>> = tasks.collect::<Result<_, Cancelled>>()?;
+    fork.join();
+    let containers = concatenated(tasks.iter().map(|task| &task.containers[..]), token)?;
+    let end = [input.len() as u32];
+    let starts = concatenated(tasks.iter().map(|task| &task.starts[..]).chain([&end[..]]), token)?;
+    input.in_blocks(starts, containers, token)
 }
 
 /// The lists one after the other.
@@ -150,7 +98,7 @@ fn concatenated<'a, T: Zeroable + Copy + Send + Sync + 'a>(
     lists: impl Iterator<Item = &'a [T]> + Clone,
     token: &CancelToken,
 ) -> Result<Vec<T>, Cancelled> {
-    let mut all: Vec<T> = bytemuck::zeroed_vec(lists.clone().map(<[T]>::len).sum());
+    let mut all: Vec<T> = zeros(lists.clone().map(<[T]>::len).sum(), token)?;
     let (mut parts, mut remaining) = (Vec::new(), &mut all[..]);
     for list in lists {
         let own;
@@ -169,22 +117,22 @@ fn concatenated<'a, T: Zeroable + Copy + Send + Sync + 'a>(
     Ok(all)
 }
 
-/// The items of a chunk, each one or several primitives that follow one another along the curve. Lists are longer than a chunk by a
-/// vector and what is read beside it.
+/// The items of a chunk, each one or several primitives that follow one another along the curve.
 struct Items<C: ClusterContainer> {
     /// Container fields of each item, see [`ClusterContainer::fields`].
-    fields: C::Fields<[f32; CHUNK + 8]>,
+    fields: C::Fields<[f32; LISTED]>,
     /// Number of primitives of each item.
-    counts: [f32; CHUNK + 8],
+    counts: [f32; LISTED],
     len: usize,
 }
 
 impl<C: ClusterContainer> Items<C> {
     /// The primitives at the positions `range`, at most [`CHUNK`].
-    fn load(triangles: &[Triangle], input: &SortedPrimitives<C>, range: Range<usize>) -> Self {
-        let mut items = Self { fields: C::Fields::splat([0.0; CHUNK + 8]), counts: [1.0; CHUNK + 8], len: range.len() };
+    #[inline(always)]
+    fn load<S: Simd>(simd: S, triangles: &[Triangle], input: &SortedPrimitives<C>, range: Range<usize>) -> Self {
+        let mut items = Self { fields: C::Fields::splat([0.0; LISTED]), counts: [1.0; LISTED], len: range.len() };
         for (at, position) in range.enumerate() {
-            let (fields, _) = input.fields(baseline(), triangles, position);
+            let (fields, _) = input.fields(simd, triangles, position);
             items.set(at % CHUNK, fields);
         }
         items
@@ -208,48 +156,50 @@ impl<C: ClusterContainer> Items<C> {
 
     /// The containers from `at` on, one per lane.
     #[inline(always)]
-    fn row<S: Simd>(&self, simd: S, at: usize) -> C::Fields<f32x4<S>> {
-        let mut row = C::Fields::splat(f32x4::splat(simd, 0.0));
+    fn row<S: Simd>(&self, simd: S, at: usize) -> C::Fields<f32x8<S>> {
+        let mut row = C::Fields::splat(f32x8::splat(simd, 0.0));
         for field in 0..C::USED_FIELDS {
-            row[field] = f32x4::from_slice(simd, &self.fields[field][at..at + 4]);
+            row[field] = f32x8::from_slice(simd, &self.fields[field][at..at + LANES]);
         }
         row
     }
 
     /// Merge distance of each item to the one before it; infinite where a leaf of both costs too much.
     #[inline(always)]
-    fn distances<S: Simd>(&self, simd: S) -> [f32; CHUNK + 8] {
+    fn distances<S: Simd>(&self, simd: S) -> [f32; LISTED] {
         // The compiler sees that no list is left.
-        let groups = self.len.min(CHUNK).div_ceil(4);
-        let mut costs = [0.0; CHUNK + 8];
+        let groups = self.len.min(CHUNK).div_ceil(LANES);
+        let mut costs = [0.0; LISTED];
         for group in 0..groups {
-            let at = 4 * group;
+            let at = LANES * group;
             let row = self.row(simd, at);
             let area = C::area_of_distance(C::merge_distances(simd, &row, &row));
-            (area * f32x4::from_slice(simd, &self.counts[at..at + 4])).store_slice(&mut costs[at..at + 4]);
+            (area * f32x8::from_slice(simd, &self.counts[at..at + LANES])).store_slice(&mut costs[at..at + LANES]);
         }
-        let mut distances = [f32::INFINITY; CHUNK + 8];
-        let (guard, node) = (f32x4::splat(simd, GUARD), f32x4::splat(simd, C::KIND.traversal_cost()));
-        let infinity = f32x4::splat(simd, f32::INFINITY);
+        let mut distances = [f32::INFINITY; LISTED];
+        let (guard, node) = (f32x8::splat(simd, GUARD), f32x8::splat(simd, C::KIND.traversal_cost()));
+        let infinity = f32x8::splat(simd, f32::INFINITY);
         for group in 0..groups {
-            let at = 4 * group;
-            let count = f32x4::from_slice(simd, &self.counts[at..at + 4])
-                + f32x4::from_slice(simd, &self.counts[at + 1..at + 5]);
-            let cost = f32x4::from_slice(simd, &costs[at..at + 4]) + f32x4::from_slice(simd, &costs[at + 1..at + 5]);
+            let at = LANES * group;
+            let count = f32x8::from_slice(simd, &self.counts[at..at + LANES])
+                + f32x8::from_slice(simd, &self.counts[at + 1..at + 1 + LANES]);
+            let cost = f32x8::from_slice(simd, &costs[at..at + LANES])
+                + f32x8::from_slice(simd, &costs[at + 1..at + 1 + LANES]);
             let distance = C::merge_distances(simd, &self.row(simd, at), &self.row(simd, at + 1));
             let area = C::area_of_distance(distance);
             let joins = (area * count).simd_le(guard * (area * node + cost));
-            joins.select(distance, infinity).store_slice(&mut distances[at + 1..at + 5]);
+            joins.select(distance, infinity).store_slice(&mut distances[at + 1..at + 1 + LANES]);
         }
         // Beyond the last item there is none.
-        distances[self.len.min(CHUNK)..][..4].fill(f32::INFINITY);
+        distances[self.len.min(CHUNK)..][..LANES].fill(f32::INFINITY);
         distances
     }
 
     /// Joins each pair of neighbours that are nearest to each other where [`Items::distances`] allows it.
     #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
-    fn join(&mut self) {
-        let distances = self.distances(baseline());
+    #[inline(always)]
+    fn join<S: Simd>(&mut self, simd: S) {
+        let distances = self.distances(simd);
         let (mut from, mut to) = (0, 0);
         while from < self.len {
             let at = from % CHUNK;
@@ -268,7 +218,9 @@ impl<C: ClusterContainer> Items<C> {
 }
 
 /// Appends the blocks of the primitives at the positions `range`, at most [`CHUNK`], to `blocks`.
-fn join_chunk<C: ClusterContainer>(
+#[inline(always)]
+fn join_chunk<C: ClusterContainer, S: Simd>(
+    simd: S,
     triangles: &[Triangle],
     input: &SortedPrimitives<C>,
     range: Range<usize>,
@@ -279,9 +231,9 @@ fn join_chunk<C: ClusterContainer>(
         input.prefetch(triangles, position);
     }
     let mut start = range.start as u32;
-    let mut items = Items::load(triangles, input, range);
+    let mut items = Items::load(simd, triangles, input, range);
     for _ in 0..ROUNDS {
-        items.join();
+        items.join(simd);
     }
     let len = items.len.min(CHUNK);
     blocks.containers.extend((0..len).map(|at| items.get(at)));
@@ -345,23 +297,20 @@ mod tests {
             let Ok(bounds) = input_bounds(&triangles, &token) else { panic!("not cancelled") };
             let input = sort_primitives::<Aabb>(&triangles, &bounds, Curve::Morton, &token, &mut StageTimes::default());
             let Ok(input) = input else { panic!("not cancelled") };
-            let Ok(blocks) = LeafBlocks::new(&triangles, &input, &token) else { panic!("not cancelled") };
+            let Ok(blocks) = leaf_blocks(&triangles, &input, &token) else { panic!("not cancelled") };
             let single = |position| (input.container(&triangles, input.primitive(position)), 1);
             let singles: Vec<(Aabb, u32)> = (0..input.len()).map(single).collect();
             let expected: Vec<(Aabb, u32)> = singles.chunks(CHUNK).flat_map(|chunk| joined(&joined(chunk))).collect();
-            let found: Vec<(Aabb, u32)> = blocks
-                .starts
-                .windows(2)
-                .enumerate()
-                .filter_map(|(at, ends)| Some((*blocks.blocks.block(at)?, ends[1] - ends[0])))
-                .collect();
+            let ranges: Vec<(Aabb, Range<usize>)> =
+                (0..blocks.len()).filter_map(|at| blocks.block(at)).map(|(block, range)| (*block, range)).collect();
+            let found: Vec<(Aabb, u32)> = ranges.iter().map(|(block, range)| (*block, range.len() as u32)).collect();
             assert!(found == expected, "{count} triangles");
             for (_, size) in &found {
                 sizes[*size as usize] += 1;
             }
             // A block has the place on the curve of its first primitive.
-            let firsts = blocks.starts[..found.len()].iter().map(|&start| input.primitive(start as usize));
-            assert!(firsts.eq((0..found.len()).map(|at| blocks.blocks.primitive(at))), "{count} triangles");
+            let firsts = ranges.iter().map(|(_, range)| input.primitive(range.start));
+            assert!(firsts.eq((0..found.len()).map(|at| blocks.primitive(at))), "{count} triangles");
         }
         assert!(sizes[1..].iter().all(|&blocks| blocks > 100), "blocks of every size: {sizes:?}");
     }

@@ -10,7 +10,7 @@
 //! | – | f(x), the reduction function | `reduction.rs` |
 //!
 //! `recursion.rs` lists the steps of the recursion afterwards. A tree is then made ready for rays by `leaf_order.rs`, and [`build_cache`]
-//! holds the parts that the next build reuses.
+//! holds the parts that the next build reuses. The preset Swift clusters blocks of primitives, which `leaf_blocks.rs` joins before.
 
 mod build_bvh;
 
@@ -41,7 +41,7 @@ pub(crate) use cluster_container::{ClusterContainer, splat_fields};
 pub(crate) use combine::combine_clusters;
 pub(crate) use combine_long::Scratch;
 pub(crate) use combine_short::combine_short;
-pub(crate) use leaf_order::order_leaves;
+pub(crate) use leaf_order::{Primitives, order_leaves};
 pub(crate) use pair_writer::PairWriter;
 pub(crate) use recursion::Recursion;
 pub use recursion::ReductionStep;

@@ -69,7 +69,8 @@ pub struct NodeSlots<'t, 'n, C> {
     /// Slots of the pairs that tasks merge, and the index of the first of them in the whole list.
     pub tasks: &'n mut [Node<C>],
     pub tasks_offset: usize,
-    /// Index that stands for the first cluster that this range's tasks leave, see [`crate::aac::leaf_order::order_leaves`].
+    /// Index that stands for the first cluster that this range's tasks leave, odd as that of every pair, see
+    /// [`crate::aac::leaf_order::order_leaves`].
     pub first_root: usize,
 }
 
@@ -102,7 +103,7 @@ impl<'t, 'n, C: ClusterContainer> NodeSlots<'t, 'n, C> {
             top: right_top,
             tasks_offset: self.tasks_offset + left_tasks.len(),
             tasks: right_tasks,
-            first_root: self.first_root + left.task_roots,
+            first_root: self.first_root + 2 * left.task_roots,
         };
         let left_slots = Self {
             top_offset: left_top_offset,

@@ -3,7 +3,9 @@
 
 use std::time::Instant;
 
-use crate::aac::{Cluster, ClusterContainer, ClusterStack, PairWriter, Scratch, combine_clusters, order_leaves};
+use crate::aac::{
+    Cluster, ClusterContainer, ClusterStack, PairWriter, Primitives, Scratch, combine_clusters, order_leaves,
+};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
@@ -47,6 +49,6 @@ pub(crate) fn agglomerate<C: ClusterContainer>(
         combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut pairs, token)
     })?;
     root[0] = clusters.items[0].node();
-    let (primitive_indices, max_depth) = order_leaves(&mut nodes, &mut [], count, None, token)?;
+    let (primitive_indices, max_depth) = order_leaves(&Primitives, &mut nodes, &mut [], count, None, token)?;
     Ok(Tree { nodes, primitive_indices, max_depth })
 }

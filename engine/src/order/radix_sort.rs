@@ -8,6 +8,7 @@ use std::slice::IterMut;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::par_collect::zeros;
 
 /// Maximum bits of the digit by which large ranges are scattered.
 const MAX_LEADING_DIGIT_BITS: u32 = 10;
@@ -34,7 +35,7 @@ pub fn radix_sort(keys: &mut [u64], bits: u32, token: &CancelToken) -> Result<()
         keys.sort_unstable();
         return Ok(());
     }
-    radix_sort_with(keys, &mut vec![0; keys.len()], bits, token)
+    radix_sort_with(keys, &mut zeros(keys.len(), token)?, bits, token)
 }
 
 /// [`radix_sort`] with a `scratch` list of the same length, whose contents are unspecified afterwards.

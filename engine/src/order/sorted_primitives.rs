@@ -14,8 +14,8 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::lanes::LANES;
-use crate::kernel::par_collect::par_collect;
-use crate::kernel::prefetch::prefetch;
+use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::prefetch::{prefetch, prefetch_whole};
 use crate::kernel::simd::dispatch_plain;
 use crate::order::curve::CurveGrid;
 use crate::order::input_bounds::InputBounds;
@@ -45,6 +45,8 @@ pub struct SortedPrimitives<C: PrimitiveContainer> {
     crowded: Vec<u64>,
     /// Containers of blocks of several primitives in sorted order, which are in their places; empty where none are joined.
     blocks: Vec<C>,
+    /// Position of the first primitive of each block, and the number of primitives.
+    starts: Vec<u32>,
 }
 
 /// Sorts primitives by the codes of their containers' centroids along `curve`. Adds the stages "codes" and "sort".
@@ -61,8 +63,8 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let grid = CurveGrid::new(&bounds.centroids, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
-    let mut cached: Vec<C::CachedBounds> = bytemuck::zeroed_vec(triangles.len());
-    let mut keys = vec![0; triangles.len()];
+    let mut cached: Vec<C::CachedBounds> = zeros(triangles.len(), token)?;
+    let mut keys = zeros(triangles.len(), token)?;
     let level = SimdLevel::of_builds().level();
     let fork = token.fork();
     triangles
@@ -88,7 +90,15 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let start = Instant::now();
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
-    let mut order = SortedPrimitives { cached, keys, index_bits, code_shift, crowded: Vec::new(), blocks: Vec::new() };
+    let mut order = SortedPrimitives {
+        cached,
+        keys,
+        index_bits,
+        code_shift,
+        crowded: Vec::new(),
+        blocks: Vec::new(),
+        starts: Vec::new(),
+    };
     let crowded = order.crowded_cells(token);
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
@@ -136,19 +146,20 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         C::from_cached(&self.cached[primitive as usize], &triangles[primitive as usize])
     }
 
-    /// Blocks of these primitives in their places: block `i` has the container `containers[i]` and the code of the primitive at
-    /// the position `starts[i]`, its first.
-    pub(crate) fn in_blocks(&self, starts: &[u32], containers: Vec<C>, token: &CancelToken) -> Result<Self, Cancelled> {
-        let of_first = |list: &[u64]| par_collect(starts.len(), token, |block| list[starts[block] as usize]);
+    /// Blocks of these primitives in their places: block `i` has the container `blocks[i]`, the primitives from the position `starts[i]`
+    /// to `starts[i + 1]`, and the code of the first of them.
+    pub(crate) fn in_blocks(&self, starts: Vec<u32>, blocks: Vec<C>, token: &CancelToken) -> Result<Self, Cancelled> {
+        let of_first = |list: &[u64]| par_collect(blocks.len(), token, |block| list[starts[block] as usize]);
         let crowded = if self.crowded.is_empty() { Vec::new() } else { of_first(&self.crowded)? };
         let (keys, index_bits, code_shift) = (of_first(&self.keys)?, self.index_bits, self.code_shift);
-        Ok(Self { cached: Vec::new(), keys, index_bits, code_shift, crowded, blocks: containers })
+        Ok(Self { cached: Vec::new(), keys, index_bits, code_shift, crowded, blocks, starts })
     }
 
-    /// Container of the block at `position`; `None` where these are primitives.
+    /// Container of the block at `position`, and the positions of its primitives; `None` where these are primitives.
     #[inline(always)]
-    pub fn block(&self, position: usize) -> Option<&C> {
-        self.blocks.get(position)
+    pub fn block(&self, position: usize) -> Option<(&C, Range<usize>)> {
+        let block = self.blocks.get(position)?;
+        Some((block, self.starts[position] as usize..self.starts[position + 1] as usize))
     }
 
     /// Container fields of the primitive at `position` in sorted order, and its index in the input.
@@ -167,7 +178,7 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         }
         let primitive = self.primitive(position) as usize;
         if size_of::<C::CachedBounds>() == 0 {
-            prefetch(triangles, primitive);
+            prefetch_whole(triangles, primitive);
         } else {
             prefetch(&self.cached, primitive);
         }
