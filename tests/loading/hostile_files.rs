@@ -277,7 +277,7 @@ fn memory_for_a_file_is_checked_before_it_is_read() {
 fn small_stacks_and_address_spaces_are_enough() {
     let stacks = "ulimit -s 512; export RUST_MIN_STACK=200000;";
     let cases = [(stacks, "builtin:slivers:20000"), (stacks, "builtin:teapot:8")];
-    // Of which the allocator reserves most at once.
+    // Address spaces most of which the allocator reserves at once.
     let spaces = ["ulimit -v 250000;", "ulimit -v 400000;"].map(|limits| (limits, "builtin:terrain:60000"));
     for (limits, model) in cases.into_iter().chain(spaces) {
         let args = ["info", model, "--threads", "2"];

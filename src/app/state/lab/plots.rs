@@ -125,7 +125,7 @@ impl TreeQuality {
 /// A tree in a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlottedTree {
-    /// Its settings; of a tree from a file they mean nothing.
+    /// Its settings; of a tree from a file only the pass that orients boxes counts.
     pub build: BuildSettings,
     /// Kind of its containers.
     pub container: ContainerKind,
