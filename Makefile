@@ -48,15 +48,16 @@ format:
 lint:
 	cargo clippy --workspace --all-targets -- -D warnings
 
-# Not the examples, which lint has compiled. The tests of the real window mostly wait for it, so they run beside all others.
+# Not the examples, which lint has compiled. The tests of the real window mostly wait for it, and those of cancelling take one core, so
+# they run beside all others.
 # Without the variable Mesa asks a Wayland display for its device, and each test that draws writes an error about it (src/main.rs).
 unit: export NODEVICE_SELECT ?= 1
 unit:
 	cargo test --workspace --lib --test '*' --no-run
-	@rm -f "$$BVHSCOPE_SKIPPED"; window_log=$$(mktemp); trap 'rm -f "$$window_log"' EXIT; \
-	cargo test --workspace --no-fail-fast --test window >"$$window_log" 2>&1 & \
-	cargo test --workspace --no-fail-fast --lib --test '[!w]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
-	wait $$!; window=$$?; tee -a $(TEST_LOG) <"$$window_log"; [ $$((others | window)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
+	@rm -f "$$BVHSCOPE_SKIPPED"; beside_log=$$(mktemp); trap 'rm -f "$$beside_log"' EXIT; \
+	cargo test --workspace --no-fail-fast --test 'ca*' --test 'w*' >"$$beside_log" 2>&1 & \
+	cargo test --workspace --no-fail-fast --lib --test 'c[!a]*' --test '[!cw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
+	wait $$!; beside=$$?; tee -a $(TEST_LOG) <"$$beside_log"; [ $$((others | beside)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
 	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
 
 # The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need

@@ -214,7 +214,7 @@ fn derived_data() {
         check("shares of cost and largest nodes", &|accel, token| {
             with_tree!(&accel.tree, tree => {
                 drop(subtree_sah_shares(tree, token).unwrap());
-                let value = |node: u32| node_metrics::overlap(tree, node).unwrap_or(0.0);
+                let value = |node: u32| node_metrics::empty_space(tree, node).unwrap_or(0.0);
                 drop(largest_nodes(tree.nodes.len(), 100, value, token).unwrap());
             });
         });

@@ -12,44 +12,42 @@ use bvhscope::scene::{LoadOptions, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
+use crate::harness::Window;
+use crate::screen;
+
 /// The app on a small built-in teapot with one sample per pixel.
-fn app() -> Harness<'static, App> {
+fn app() -> Window {
     let mut harness = app_that_waits(true);
     settle(&mut harness);
     harness
 }
 
 /// The same. With `wait` false, work goes on between the frames as in a real window.
-fn app_that_waits(waits: bool) -> Harness<'static, App> {
+fn app_that_waits(waits: bool) -> Window {
     app_on(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(4) }, waits)
 }
 
-fn app_on(source: SceneSource, waits: bool) -> Harness<'static, App> {
+fn app_on(source: SceneSource, waits: bool) -> Window {
     app_of_size(egui::vec2(1000.0, 640.0), source, waits)
 }
 
-fn app_of_size(size: egui::Vec2, source: SceneSource, waits: bool) -> Harness<'static, App> {
+fn app_of_size(size: egui::Vec2, source: SceneSource, waits: bool) -> Window {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
-    Harness::builder()
-        .with_size(size)
-        .with_max_steps(40)
-        .wgpu()
-        .build_eframe(|context| App::new_for_test(context, wanted, waits).unwrap())
+    screen::open(wanted, size, screen::COARSE, waits)
 }
 
 /// Runs a few frames, as the changes of one are shown in the next.
-fn settle(harness: &mut Harness<'static, App>) {
+fn settle(harness: &mut Window) {
     harness.run_steps(4);
     assert!(harness.state_mut().run_until_idle());
     harness.run_steps(2);
 }
 
 /// Runs frames of an app that does not wait until `what` holds.
-fn wait_for(harness: &mut Harness<'static, App>, what: &dyn Fn(&App) -> bool) {
+fn wait_for(harness: &mut Window, what: &dyn Fn(&App) -> bool) {
     let start = std::time::Instant::now();
     while !what(harness.state()) {
         assert!(start.elapsed().as_secs() < 120, "the expected state never came");
@@ -127,7 +125,7 @@ fn the_last_counts_stay_while_the_model_is_turned() {
     }
 }
 
-fn counts_stay_while_turned(mut harness: Harness<'static, App>) {
+fn counts_stay_while_turned(mut harness: Window) {
     wait_for(&mut harness, &|app| app.state.model.presented.is_some() && !app.is_busy());
     let before = harness.state().state.model.presented.clone().unwrap();
     let moving = |app: &App| {
@@ -168,7 +166,7 @@ fn the_depth_changes_what_is_shown_but_not_the_picture() {
 #[test]
 fn the_wanted_depths_survive_a_smaller_model() {
     let mut harness = app();
-    let open = |harness: &mut Harness<'static, App>, name: &str| {
+    let open = |harness: &mut Window, name: &str| {
         let source = SceneSource::Builtin { name: name.to_owned(), size: None };
         harness.state_mut().state.activity.requests.push(Request::Open(source));
         settle(harness);
@@ -262,9 +260,8 @@ fn f5_reads_the_file_again() {
     std::fs::write(&model, format!("{corners}f 1 2 3\n")).unwrap();
     let mut harness = app_on(SceneSource::File(model.clone()), true);
     settle(&mut harness);
-    let triangles = |harness: &Harness<'static, App>| {
-        harness.state().state.model.presented.as_ref().unwrap().accel.scene.triangles.len()
-    };
+    let triangles =
+        |harness: &Window| harness.state().state.model.presented.as_ref().unwrap().accel.scene.triangles.len();
     assert_eq!(triangles(&harness), 1);
     assert_eq!(harness.state().state.preferences.recent.first(), Some(&model));
     std::fs::write(&model, format!("{corners}f 1 2 3\nf 1 2 4\n")).unwrap();
@@ -337,7 +334,7 @@ fn a_picked_triangle_selects_the_path_to_its_leaf() {
 #[test]
 fn the_selection_survives_a_rebuild() {
     let mut harness = app();
-    let rebuilt = |harness: &mut Harness<'static, App>, threshold| {
+    let rebuilt = |harness: &mut Window, threshold| {
         harness.state_mut().state.wanted.build.threshold = threshold;
         settle(harness);
         let shown = harness.state().state.model.presented.clone().unwrap();
@@ -373,13 +370,13 @@ fn the_selection_survives_a_rebuild() {
 }
 
 /// Clicks the only widget of this name and waits for the work that it starts.
-fn press(harness: &mut Harness<'static, App>, name: &str) {
+fn press(harness: &mut Window, name: &str) {
     harness.get_by_label(name).click();
     settle(harness);
 }
 
 /// A small measurement.
-fn plan_little(harness: &mut Harness<'static, App>) {
+fn plan_little(harness: &mut Window) {
     let plan = &mut harness.state_mut().state.preferences.paper;
     plan.side_px = 256;
     plan.repeat = 1;

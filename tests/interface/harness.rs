@@ -2,15 +2,14 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
-use bvhscope::app::App;
 use bvhscope::app::state::{Presented, Wanted};
 use bvhscope::camera::Camera;
 use bvhscope::scene::SceneSource;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
-pub type Window = Harness<'static, App>;
+use crate::screen;
+pub use crate::screen::Window;
 
 /// The app on the built-in teapot; each frame waits until everything is fresh.
 pub fn app() -> Window {
@@ -19,18 +18,31 @@ pub fn app() -> Window {
 
 /// The same with a window size in points.
 pub fn app_of_size(size: Vec2) -> Window {
-    app_with(SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) }, size, true)
+    app_with(teapot(), size, true)
+}
+
+/// The same with one pixel per point, for tests about these.
+pub fn app_in_pixels() -> Window {
+    greeted(screen::open(wanted(teapot()), vec2(1100.0, 760.0), 1.0, true))
 }
 
 /// The app on any model. With `waits` each frame waits until everything is fresh.
 pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
+    greeted(screen::open(wanted(source), size, screen::COARSE, waits))
+}
+
+fn teapot() -> SceneSource {
+    SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) }
+}
+
+fn wanted(source: SceneSource) -> Wanted {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
-    let mut harness = Harness::builder()
-        .with_size(size)
-        .with_max_steps(40)
-        .wgpu()
-        .build_eframe(move |context| App::new_for_test(context, wanted, waits).unwrap());
+    wanted
+}
+
+/// The window once it shows the model.
+fn greeted(mut harness: Window) -> Window {
     // The greeting would cover the viewport.
     harness.state_mut().state.preferences.greeted = true;
     harness.state_mut().state.preferences.toured = true;
@@ -125,8 +137,8 @@ pub fn press(harness: &mut Window, modifiers: Modifiers, key: Key) {
     settle(harness);
 }
 
-/// The pixel of the picture at a position in the window, with one pixel per point.
+/// The pixel of the picture at a position in the window.
 pub fn pixel(harness: &Window, at: Pos2) -> [u32; 2] {
-    let inside = at - viewport(harness).min;
+    let inside = (at - viewport(harness).min) * harness.ctx.pixels_per_point();
     [inside.x as u32, inside.y as u32]
 }

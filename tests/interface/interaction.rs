@@ -1,6 +1,8 @@
 //! Mouse and keyboard in the whole app: over the viewport and on the sliders.
 
-use crate::harness::{Window, app, camera, double_click, drag, pixel, presented, press, settle, two, viewport};
+use crate::harness::{
+    Window, app, app_in_pixels, camera, double_click, drag, pixel, presented, press, settle, two, viewport,
+};
 use bvhscope::app::commands::{Action, command_line};
 use bvhscope::app::format;
 use bvhscope::app::state::{PickedTriangle, Severity};
@@ -215,7 +217,7 @@ fn a_double_click_focuses_and_on_the_background_resets() {
 /// The software driver of the tests draws the same picture with and without a window.
 #[test]
 fn the_copied_command_line_makes_the_picture_of_the_window() {
-    let mut harness = app();
+    let mut harness = app_in_pixels();
     let state = &mut harness.state_mut().state;
     state.wanted.overlay = OverlaySettings {
         depth: Some([2, 4]),

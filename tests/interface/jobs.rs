@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use bvhscope::app::App;
 use bvhscope::app::state::{Request, Wanted};
 use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
@@ -13,30 +12,25 @@ use bvhscope::worker::{Outcome, Worker};
 use bvhscope_engine::cancel::CancelToken;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use rayon::prelude::*;
 
-use crate::harness::app_with;
+use crate::harness::{Window, app_with};
+use crate::screen;
 
 fn builtin(name: &str, size: u32) -> SceneSource {
     SceneSource::Builtin { name: name.to_owned(), size: Some(size) }
 }
 
 /// The app as in a real window, where frames never wait for the workers.
-fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Harness<'static, App> {
+fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Window {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
-    Harness::builder()
-        .with_size(egui::vec2(width, height))
-        .with_pixels_per_point(scale)
-        .with_max_steps(40)
-        .wgpu()
-        .build_eframe(|context| App::new_for_test(context, wanted, false).unwrap())
+    screen::open(wanted, egui::vec2(width, height), scale, false)
 }
 
 /// Runs frames until the picture has all its samples, a moment after the last change.
-fn settle(harness: &mut Harness<'static, App>) {
+fn settle(harness: &mut Window) {
     for _ in 0..3_000 {
         harness.run_steps(3);
         assert!(harness.state_mut().run_until_idle());

@@ -11,6 +11,7 @@ mod harness;
 mod headline;
 mod hidden_nodes;
 mod panel;
+mod screen;
 
 mod app;
 mod cuts;
