@@ -41,7 +41,8 @@ const TASK_NODES: usize = 16_384;
 /// Maximum number of wide nodes in the top.
 const MAX_TOP_NODES: usize = 512;
 
-/// Bytes of nodes, and triangles, that each thread writes between polls for cancellation: 20 ms where these are scattered in memory.
+/// Nodes, their bytes, and triangles, that each thread writes between polls for cancellation: 20 ms where these are scattered in memory.
+const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 const NODE_BYTES_BETWEEN_CHECKS: usize = 1 << 20;
 const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 16;
 /// Minimum number of nodes in a task, so that stealing work pays.
@@ -218,7 +219,8 @@ fn write_nodes<C: WideContainer, B: Send, const FORM: usize>(
     let node_count = starts[segments.len()].nodes[FORM];
     let top_nodes = segments[0].nodes[FULL].len();
     // All threads write in place: obtaining fresh memory takes as long as filling it, and so that work is shared too.
-    par_write(node_count, NODE_BYTES_BETWEEN_CHECKS / size_of::<WideNode<B>>(), token, |segment, index| {
+    let between_checks = NODES_BETWEEN_CHECKS.min(NODE_BYTES_BETWEEN_CHECKS / size_of::<WideNode<B>>());
+    par_write(node_count, between_checks, token, |segment, index| {
         let start = SegmentStart::find::<FORM>(starts, segment, index);
         let plans = &segments[*segment].nodes[FORM][index - start.nodes[FORM]..];
         let (bounds, count, children) = if *segment == 0 {
