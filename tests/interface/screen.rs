@@ -58,7 +58,7 @@ pub fn open(wanted: Wanted, size: Vec2, scale: f32, waits: bool) -> Window {
         let app = app.get_or_insert_with(|| made.take().unwrap());
         // Without the margin of what the harness hands over.
         let whole = UiBuilder::new().layer_id(LayerId::background()).max_rect(ui.ctx().content_rect());
-        let mut root = Ui::new(ui.ctx().clone(), egui::Id::new("root"), whole);
+        let mut root = Ui::new(ui.ctx().clone(), egui::Id::unique("screen"), whole);
         app.logic(&root, frame);
         app.ui(&mut root, frame);
     };
