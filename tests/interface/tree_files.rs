@@ -62,6 +62,32 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
     (harness, folder, path)
 }
 
+/// A tree of a file belongs to the model that is read with it, not to the one before.
+#[test]
+fn a_lesson_gives_back_trees_of_files_and_the_list_of_trees() {
+    let (mut harness, _folder, path) = with_tree_file();
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::B, path));
+    settle(&mut harness);
+    let own = state(&mut harness).wanted.clone();
+    assert!(own.tree_files.iter().all(Option::is_some));
+    let listed = |harness: &Window| harness.state().state.lab.plots.session.plotted(None).len();
+    let (tree, trees) = (presented(&harness).accel, listed(&harness));
+    assert_eq!(trees, 2, "the built one and that of the file");
+    Action::Lesson(0).perform(state(&mut harness));
+    settle(&mut harness);
+    settle(&mut harness);
+    assert!(!presented(&harness).accel.scene.is_same_model(&tree.scene), "the lesson has its own model");
+    Action::LeaveLesson.perform(state(&mut harness));
+    settle(&mut harness);
+    settle(&mut harness);
+    assert_eq!(state(&mut harness).wanted, own);
+    let second = state(&mut harness).model.second.as_ref().expect("tree B").accel.clone();
+    assert_eq!((&presented(&harness).accel.tree, &second.tree), (&tree.tree, &tree.tree));
+    assert_eq!(listed(&harness), trees);
+    let messages = &state(&mut harness).messages.history;
+    assert!(messages.iter().all(|message| message.severity != Severity::Error), "{messages:?}");
+}
+
 #[test]
 fn a_tree_file_takes_the_place_of_the_build_until_a_setting_changes() {
     let (mut harness, _folder, path) = with_tree_file();

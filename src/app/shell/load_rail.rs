@@ -98,6 +98,11 @@ impl LoadRail {
         self.allow_retry();
     }
 
+    /// Whether the newest loaded scene is that of `source`.
+    pub(crate) fn has_loaded(&self, source: &SceneSource) -> bool {
+        self.loaded.as_ref().is_some_and(|key| key.source == *source)
+    }
+
     /// Allows a request for what failed or was cancelled.
     pub(crate) fn allow_retry(&mut self) {
         self.latest.refuse(None);

@@ -182,9 +182,15 @@ impl Reconciler {
     pub(crate) fn reconcile(&mut self, state: &mut AppState, now: Instant) -> Option<Duration> {
         let moving = self.motion.observe(state, now);
         self.load.request(&state.wanted.source, state.model.load_options.scene, now);
-        self.request_tree(state, moving, now);
+        // A file that holds a tree of the model to come is none of the present one.
+        let awaits_model = !self.load.has_loaded(&state.wanted.source);
+        let awaits = |side: TreeSide| awaits_model && state.wanted.tree_file(side).is_some();
+        let [awaits_first, awaits_second] = [TreeSide::A, TreeSide::B].map(awaits);
+        if !awaits_first {
+            self.request_tree(state, moving, now);
+        }
         // The first tree comes first: both are built on the same cores.
-        if !self.build.is_busy() || state.wanted.second.is_none() {
+        if !awaits_second && (!self.build.is_busy() || state.wanted.second.is_none()) {
             let pending = self.build.pending().map(|tree| &tree.accel);
             if self.second.request(state, pending, moving, now) {
                 self.render.forget_second();

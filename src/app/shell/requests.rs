@@ -250,9 +250,8 @@ fn ask_for_path(of: Chosen, state: &mut AppState) {
         Chosen::Model | Chosen::Sequence => None,
         Chosen::Tree(side) => Some(side),
     };
-    if field.tree.is_some() {
-        field.text.clear();
-    }
+    // What is typed next would be joined to the path before.
+    field.text.clear();
     state.layout.start_page_open = true;
     state.layout.path_field.wants_focus = true;
 }

@@ -144,7 +144,11 @@ fn conclusions(rows: &[Measurement]) -> Vec<String> {
         let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
         let pair = [of(ContainerKind::Aabb)?, of(other)?];
-        let parts = [("build", BUILD_MS), ("tracing", MRAYS_PER_S), ("tests per entering ray", TESTS_PER_ENTERING_RAY)];
+        let parts = [
+            ("build", BUILD_MS),
+            ("tracing (Mray/s)", MRAYS_PER_S),
+            ("tests per entering ray", TESTS_PER_ENTERING_RAY),
+        ];
         let parts: Vec<String> =
             parts.iter().filter_map(|(name, number)| better_container(name, number, pair)).collect();
         let what = if ContainerKind::OF_PAPER.contains(&other) {
@@ -290,8 +294,8 @@ mod tests {
         };
         let rows =
             [of(ContainerKind::Aabb, [30.0, 29.0, 31.0], 20.0), of(ContainerKind::Sphere, [15.0, 14.5, 15.5], 50.0)];
-        let expected = "thing.obj: build 2.00 times as fast with spheres, tracing the same within noise, tests per entering ray \
-                        2.50 times as many with spheres.";
+        let expected = "thing.obj: build 2.00 times as fast with spheres, tracing (Mray/s) the same within noise, tests \
+                        per entering ray 2.50 times as many with spheres.";
         assert_eq!(conclusions(&rows), [expected]);
         let slow = of(ContainerKind::Sphere, [1989.0, 1980.0, 1999.0], 20.0);
         let text = conclusions(&[rows[0].clone(), slow]).concat();

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,12 +14,15 @@ use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{MeasuredRays, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneSource};
+use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 
-/// Most trees of a session that are kept: those that were built last.
+/// Most trees of a model that are kept: those that were built last.
 const MOST_TREES: usize = 512;
+/// Most other models whose trees are kept: those that were shown last.
+const MOST_MODELS: usize = 16;
 
 /// Kind of a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -213,18 +217,39 @@ impl SessionTree {
     }
 }
 
+/// A model as it was when it was loaded.
+#[derive(Debug, Clone, PartialEq)]
+struct KnownModel {
+    source: SceneSource,
+    /// When its file was written.
+    modified: Option<SystemTime>,
+    triangle_count: usize,
+    bounds: Aabb,
+}
+
+impl KnownModel {
+    fn of(scene: &Scene) -> Self {
+        let modified = scene.source.path().and_then(|path| path.metadata().ok()?.modified().ok());
+        Self { source: scene.source.clone(), modified, triangle_count: scene.triangles.len(), bounds: scene.bounds }
+    }
+}
+
 /// The trees of the presented scene that were shown, each settings once.
 #[derive(Debug, Default)]
 pub struct SessionTrees {
     scene: Weak<Scene>,
+    model: Option<KnownModel>,
     trees: Vec<SessionTree>,
+    /// The trees of models that were shown before, which a lesson or another file gives back.
+    others: Vec<(KnownModel, Vec<SessionTree>)>,
 }
 
 impl SessionTrees {
-    /// Notes the numbers of a tree that is shown; called each UI frame. A new scene begins anew.
+    /// Notes the numbers of a tree that is shown; called each UI frame. A model that was shown before has its trees again, any other
+    /// scene begins anew.
     pub fn note(&mut self, accel: &Accel) {
         if !is_same(&self.scene, &accel.scene) {
-            *self = Self { scene: Arc::downgrade(&accel.scene), trees: Vec::new() };
+            self.begin(&accel.scene);
         }
         if accel.is_followed() || accel.file.is_none() && accel.settings.builder == BuilderKind::None {
             return;
@@ -250,6 +275,22 @@ impl SessionTrees {
             self.trees.remove(0);
         }
         self.trees.push(SessionTree { is_measured, ..SessionTree::new(tree) });
+    }
+
+    /// Begins the list of a scene, and keeps that of another model.
+    fn begin(&mut self, scene: &Arc<Scene>) {
+        let model = KnownModel::of(scene);
+        let trees = std::mem::take(&mut self.trees);
+        // The same file at another moment, or written anew, has other trees.
+        if let Some(before) = self.model.take().filter(|before| before.source != model.source) {
+            self.others.retain(|(other, _)| other.source != before.source);
+            self.others.push((before, trees));
+            self.others.drain(..self.others.len().saturating_sub(MOST_MODELS));
+        }
+        if let Some(at) = self.others.iter().position(|(other, _)| *other == model) {
+            self.trees = self.others.swap_remove(at).1;
+        }
+        (self.scene, self.model) = (Arc::downgrade(scene), Some(model));
     }
 
     /// The trees that lack a reading or what `rays` cost in them.
