@@ -3,7 +3,7 @@
 use bvhscope::app::App;
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::paper::{Experiment, RowFormat};
-use bvhscope::app::state::{PickedTriangle, Request, Severity, Wanted};
+use bvhscope::app::state::{PickedTriangle, Request, Severity};
 use bvhscope::catalog::numbers::rows::{HITS, SAH_COST, TESTS_PER_RAY};
 use bvhscope::lab::Subject;
 use bvhscope::lab::report_table::number;
@@ -34,9 +34,7 @@ fn app_on(source: SceneSource, waits: bool) -> Window {
 }
 
 fn app_of_size(size: egui::Vec2, source: SceneSource, waits: bool) -> Window {
-    let mut wanted = Wanted::new(source);
-    wanted.render.samples = 1;
-    screen::open(wanted, size, screen::COARSE, waits)
+    screen::open(source, size, screen::COARSE, waits)
 }
 
 /// Runs a few frames, as the changes of one are shown in the next.

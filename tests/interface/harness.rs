@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
-use bvhscope::app::state::{Presented, Wanted};
+use bvhscope::app::state::Presented;
 use bvhscope::camera::Camera;
 use bvhscope::scene::SceneSource;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
@@ -23,22 +23,16 @@ pub fn app_of_size(size: Vec2) -> Window {
 
 /// The same with one pixel per point, for tests about these.
 pub fn app_in_pixels() -> Window {
-    greeted(screen::open(wanted(teapot()), vec2(1100.0, 760.0), 1.0, true))
+    greeted(screen::open(teapot(), vec2(1100.0, 760.0), 1.0, true))
 }
 
 /// The app on any model. With `waits` each frame waits until everything is fresh.
 pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
-    greeted(screen::open(wanted(source), size, screen::COARSE, waits))
+    greeted(screen::open(source, size, screen::COARSE, waits))
 }
 
 fn teapot() -> SceneSource {
     SceneSource::Builtin { name: "teapot".to_owned(), size: Some(2) }
-}
-
-fn wanted(source: SceneSource) -> Wanted {
-    let mut wanted = Wanted::new(source);
-    wanted.render.samples = 1;
-    wanted
 }
 
 /// The window once it shows the model.

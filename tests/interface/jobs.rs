@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use bvhscope::app::state::{Request, Wanted};
+use bvhscope::app::state::Request;
 use bvhscope::render::Frame;
 use bvhscope::scene::SceneSource;
 use bvhscope::worker::{Outcome, Worker};
@@ -24,9 +24,7 @@ fn builtin(name: &str, size: u32) -> SceneSource {
 
 /// The app as in a real window, where frames never wait for the workers.
 fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Window {
-    let mut wanted = Wanted::new(source);
-    wanted.render.samples = 1;
-    screen::open(wanted, egui::vec2(width, height), scale, false)
+    screen::open(source, egui::vec2(width, height), scale, false)
 }
 
 /// Runs frames until the picture has all its samples, a moment after the last change.

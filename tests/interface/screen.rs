@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use bvhscope::app::App;
 use bvhscope::app::state::Wanted;
+use bvhscope::scene::SceneSource;
 use eframe::App as _;
 use egui::{LayerId, Ui, UiBuilder, Vec2};
 use egui_kittest::Harness;
@@ -37,9 +38,11 @@ impl DerefMut for Screen {
     }
 }
 
-/// The app of a size in points, with pixels per point, before its first frame is fresh. With `waits` each frame waits until
-/// everything is.
-pub fn open(wanted: Wanted, size: Vec2, scale: f32, waits: bool) -> Window {
+/// The app on any model with one sample per pixel, of a size in points, with pixels per point, before its first frame is fresh. With
+/// `waits` each frame waits until everything is.
+pub fn open(source: SceneSource, size: Vec2, scale: f32, waits: bool) -> Window {
+    let mut wanted = Wanted::new(source);
+    wanted.render.samples = 1;
     let render_state = create_render_state(default_wgpu_setup(), egui_wgpu::RendererOptions::PREDICTABLE);
     let mut frame = eframe::Frame::_new_kittest();
     frame.wgpu_render_state = Some(render_state.clone());

@@ -98,7 +98,7 @@ impl LoadRail {
         self.allow_retry();
     }
 
-    /// Whether the newest loaded scene is that of `source`.
+    /// True if the newest loaded scene is of `source`.
     pub(crate) fn has_loaded(&self, source: &SceneSource) -> bool {
         self.loaded.as_ref().is_some_and(|key| key.source == *source)
     }

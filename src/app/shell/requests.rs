@@ -250,7 +250,7 @@ fn ask_for_path(of: Chosen, state: &mut AppState) {
         Chosen::Model | Chosen::Sequence => None,
         Chosen::Tree(side) => Some(side),
     };
-    // What is typed next would be joined to the path before.
+    // A path typed next would be joined to the one before.
     field.text.clear();
     state.layout.start_page_open = true;
     state.layout.path_field.wants_focus = true;

@@ -288,7 +288,7 @@ impl SessionTrees {
             self.others.drain(..self.others.len().saturating_sub(MOST_MODELS));
         }
         if let Some(at) = self.others.iter().position(|(other, _)| *other == model) {
-            self.trees = self.others.swap_remove(at).1;
+            self.trees = self.others.remove(at).1;
         }
         (self.scene, self.model) = (Arc::downgrade(scene), Some(model));
     }
