@@ -62,6 +62,42 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
     (harness, folder, path)
 }
 
+/// Number of trees in the list of those of the session.
+fn listed(harness: &Window) -> usize {
+    harness.state().state.lab.plots.session.plotted(None).len()
+}
+
+/// Begins a lesson and leaves it.
+fn read_a_lesson(harness: &mut Window) {
+    let own = Arc::clone(&presented(harness).accel.scene);
+    Action::Lesson(0).perform(state(harness));
+    settle(harness);
+    settle(harness);
+    assert!(!presented(harness).accel.scene.is_same_model(&own), "the lesson has its own model");
+    Action::LeaveLesson.perform(state(harness));
+    settle(harness);
+    settle(harness);
+}
+
+/// A lesson gives the model back by its absolute path.
+#[cfg(unix)]
+#[test]
+fn a_lesson_gives_back_the_trees_of_a_model_with_a_relative_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("corner.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\n").unwrap();
+    let up: PathBuf = std::env::current_dir().unwrap().components().skip(1).map(|_| "..").collect();
+    let mut harness = app();
+    let source = SceneSource::File(up.join(model.strip_prefix("/").unwrap()));
+    state(&mut harness).activity.requests.push(Request::Open(source));
+    settle(&mut harness);
+    settle(&mut harness);
+    press(&mut harness, Modifiers::NONE, Key::CloseBracket);
+    assert_eq!(listed(&harness), 2);
+    read_a_lesson(&mut harness);
+    assert_eq!(listed(&harness), 2);
+}
+
 /// A tree of a file belongs to the model that is read with it, not to the one before.
 #[test]
 fn a_lesson_gives_back_trees_of_files_and_the_list_of_trees() {
@@ -70,16 +106,9 @@ fn a_lesson_gives_back_trees_of_files_and_the_list_of_trees() {
     settle(&mut harness);
     let own = state(&mut harness).wanted.clone();
     assert!(own.tree_files.iter().all(Option::is_some));
-    let listed = |harness: &Window| harness.state().state.lab.plots.session.plotted(None).len();
     let (tree, trees) = (presented(&harness).accel, listed(&harness));
     assert_eq!(trees, 2, "the built one and that of the file");
-    Action::Lesson(0).perform(state(&mut harness));
-    settle(&mut harness);
-    settle(&mut harness);
-    assert!(!presented(&harness).accel.scene.is_same_model(&tree.scene), "the lesson has its own model");
-    Action::LeaveLesson.perform(state(&mut harness));
-    settle(&mut harness);
-    settle(&mut harness);
+    read_a_lesson(&mut harness);
     assert_eq!(state(&mut harness).wanted, own);
     let second = state(&mut harness).model.second.as_ref().expect("tree B").accel.clone();
     assert_eq!((&presented(&harness).accel.tree, &second.tree), (&tree.tree, &tree.tree));

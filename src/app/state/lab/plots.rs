@@ -220,6 +220,7 @@ impl SessionTree {
 /// A model as it was when it was loaded.
 #[derive(Debug, Clone, PartialEq)]
 struct KnownModel {
+    /// With an absolute path, as a state that is shared has it.
     source: SceneSource,
     /// When its file was written.
     modified: Option<SystemTime>,
@@ -230,7 +231,7 @@ struct KnownModel {
 impl KnownModel {
     fn of(scene: &Scene) -> Self {
         let modified = scene.source.path().and_then(|path| path.metadata().ok()?.modified().ok());
-        Self { source: scene.source.clone(), modified, triangle_count: scene.triangles.len(), bounds: scene.bounds }
+        Self { source: scene.source.absolute(), modified, triangle_count: scene.triangles.len(), bounds: scene.bounds }
     }
 }
 
