@@ -28,16 +28,11 @@ pub(super) struct Cut<'a> {
 }
 
 /// Cuts polygons one after another in the same memory.
+#[derive(Default)]
 pub(super) struct PolygonCutter {
     earcut: Earcut<f64>,
     plane: Vec<[f64; 2]>,
     ears: Vec<u32>,
-}
-
-impl Default for PolygonCutter {
-    fn default() -> Self {
-        Self { earcut: Earcut::new(), plane: Vec::new(), ears: Vec::new() }
-    }
 }
 
 impl PolygonCutter {

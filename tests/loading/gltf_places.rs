@@ -140,6 +140,17 @@ fn opacities_of_material_and_vertices_decide_about_holes() {
 }
 
 #[test]
+fn a_material_is_added_only_for_surfaces_without_one() {
+    let mut document = triangle();
+    document["materials"] = json!([{"pbrMetallicRoughness": {"metallicFactor": 1.0}}, {}]);
+    let added = load(&document).unwrap();
+    assert_eq!((added.materials.len(), added.material(0).metallic), (3, 0.0));
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let own = load(&document).unwrap();
+    assert_eq!((own.materials.len(), own.material(0).metallic), (2, 1.0));
+}
+
+#[test]
 fn names_that_exporters_forget_to_encode_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = [floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]), vec![0, 0, 1, 0, 2, 0]].concat();

@@ -142,6 +142,10 @@ fn materials_keep_their_colours() {
     assert_eq!((lamp.emissive, lamp.base_color), (Vec3::new(6.0, 4.0, 2.0), Vec3::splat(0.5)));
     let none = load(&format!("AttributeBegin AreaLightSource \"diffuse\" AttributeEnd {TRIANGLE}")).unwrap();
     assert_eq!(none.material(0).emissive, Vec3::ZERO);
+    // One is added only where shapes come before any.
+    let count = |statements: &str| load(&format!("{statements}\n{TRIANGLE}")).unwrap().materials.len();
+    assert_eq!(["", "Material \"diffuse\""].map(count), [1, 1]);
+    assert_eq!(count(&format!("{TRIANGLE}Material \"diffuse\"")), 2);
 }
 
 #[test]

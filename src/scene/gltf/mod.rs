@@ -84,6 +84,10 @@ pub(super) fn load(
             *mesh = Some(read_mesh(&json, &accessors, &uses, assembly, token)?);
         }
     }
+    let default = assembly.materials.len().saturating_sub(1);
+    if !meshes.iter().flatten().flatten().any(|primitive| primitive.material == default) {
+        assembly.materials.pop();
+    }
     let placed = expand(path, &copies, &meshes, assembly, token)?;
     if !animations.clips.is_empty() {
         assembly.motion = Some(rig::motion(&document, animations, &order, &copies, placed, assembly));

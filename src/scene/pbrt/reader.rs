@@ -8,14 +8,13 @@ use glam::{DMat4, DVec3, Vec3};
 use super::files::Files;
 use super::parameters::Parameters;
 use super::placed::{Item, Placed};
-use super::surface::{Surfaces, color, push};
+use super::surface::{Surfaces, color};
 use super::tokens::{CORRECT, Tokens};
 use super::{shapes, view};
 use crate::budget::{Budget, OverBudget};
 use crate::scene::assemble::Assembly;
 use crate::scene::error::LoadError;
 use crate::scene::images::Images;
-use crate::scene::material::Material;
 use crate::text::quoted;
 
 /// Maximum number of blocks within one another.
@@ -29,13 +28,29 @@ const BYTES_PER_ENTRY: u64 = 256;
 const WITHOUT_EFFECT: [&[u8]; 6] =
     [b"Accelerator", b"Integrator", b"MakeNamedMedium", b"Option", b"PixelFilter", b"Sampler"];
 
+/// The surface of the shapes that follow.
+#[derive(Clone, Copy)]
+enum Surface {
+    /// The one of shapes before any material, added when the first of them is read.
+    Default,
+    /// An index into the materials.
+    Material(u32),
+    /// Shapes are left out.
+    None,
+}
+
+impl From<Option<u32>> for Surface {
+    fn from(material: Option<u32>) -> Self {
+        material.map_or(Self::None, Self::Material)
+    }
+}
+
 /// The values that a block restores at its end.
 #[derive(Clone)]
 struct State {
     transform: DMat4,
     is_reversed: bool,
-    /// `None` where there is no surface.
-    material: Option<u32>,
+    surface: Surface,
     /// The light that shapes emit.
     emission: Vec3,
     /// Transforms are those at the start of a motion; those at its end are not read.
@@ -72,11 +87,10 @@ pub(super) struct Reader<'a, 'b> {
 
 impl<'a, 'b> Reader<'a, 'b> {
     pub(super) fn new(path: &'a Path, images: Images<'a>, assembly: &'b mut Assembly) -> Self {
-        let material = push(assembly, Material { base_color: Vec3::splat(0.5), ..Material::clay() });
         let state = State {
             transform: DMat4::IDENTITY,
             is_reversed: false,
-            material: Some(material),
+            surface: Surface::Default,
             emission: Vec3::ZERO,
             is_start: true,
         };
@@ -249,14 +263,16 @@ impl<'a, 'b> Reader<'a, 'b> {
         let name = tokens.text()?;
         let place = tokens.place();
         if word == b"NamedMaterial" {
-            self.state.material = self.surfaces.named(&name, &place, self.assembly);
+            self.state.surface = self.surfaces.named(&name, &place, self.assembly).into();
             return self.charge(BYTES_PER_ENTRY, tokens);
         }
         let class = if word == b"Texture" { Some((tokens.text()?, tokens.text()?)) } else { None };
         let parameters = Parameters::read(tokens)?;
         self.charge(BYTES_PER_ENTRY, tokens)?;
         match (word, class) {
-            (b"Material", _) => self.state.material = self.surfaces.add(&name, &parameters, &place, self.assembly),
+            (b"Material", _) => {
+                self.state.surface = self.surfaces.add(&name, &parameters, &place, self.assembly).into();
+            }
             (b"MakeNamedMaterial", _) => self.surfaces.add_named(name, &parameters, &place, self.assembly),
             (_, Some((_, class))) => {
                 self.surfaces.add_texture(name, &class, &parameters, &place, self.assembly);
@@ -276,10 +292,10 @@ impl<'a, 'b> Reader<'a, 'b> {
         let class = tokens.text()?;
         let place = tokens.place();
         let parameters = Parameters::read(tokens)?;
-        let Some(material) = self.state.material else {
+        if matches!(self.state.surface, Surface::None) {
             self.assembly.warnings.add("shapes without a surface left out", || place);
             return Ok(());
-        };
+        }
         if parameters.number("alpha") == Some(0.0) {
             self.assembly.warnings.add("shapes with an alpha of 0 left out", || place);
             return Ok(());
@@ -287,6 +303,10 @@ impl<'a, 'b> Reader<'a, 'b> {
         let warnings = &mut self.assembly.warnings;
         let read = shapes::read(&class, &parameters, &place, &self.surfaces.images, warnings)?;
         let Some(mut mesh) = read else { return Ok(()) };
+        let material = match self.state.surface {
+            Surface::Material(material) => material,
+            _ => self.surfaces.default(self.assembly),
+        };
         let emission = self.state.emission;
         let is_dark = emission == Vec3::ZERO;
         mesh.material = if is_dark { material } else { self.surfaces.lamp(material, emission, self.assembly) };

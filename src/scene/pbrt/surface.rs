@@ -39,11 +39,13 @@ pub(super) struct Surfaces<'a> {
     named: HashMap<String, Option<u32>>,
     /// Indices of the materials of lamps, by those of their surfaces and the bits of what they emit.
     lamps: HashMap<(u32, [u32; 3]), u32>,
+    /// Index of the material of shapes before any, once there is one.
+    default: Option<u32>,
 }
 
 impl<'a> Surfaces<'a> {
     pub(super) fn new(images: Images<'a>) -> Self {
-        Self { images, textures: HashMap::new(), named: HashMap::new(), lamps: HashMap::new() }
+        Self { images, textures: HashMap::new(), named: HashMap::new(), lamps: HashMap::new(), default: None }
     }
 
     /// A statement `Texture`.
@@ -214,6 +216,12 @@ impl<'a> Surfaces<'a> {
         first.unwrap_or_else(|| push(assembly, Material::clay()))
     }
 
+    /// Index of the material of shapes before any.
+    pub(super) fn default(&mut self, assembly: &mut Assembly) -> u32 {
+        let matte = || Material { base_color: Vec3::splat(0.5), ..Material::clay() };
+        *self.default.get_or_insert_with(|| push(assembly, matte()))
+    }
+
     /// Index of a material that also emits light.
     pub(super) fn lamp(&mut self, material: u32, emission: Vec3, assembly: &mut Assembly) -> u32 {
         let key = (material, emission.to_array().map(f32::to_bits));
@@ -225,7 +233,7 @@ impl<'a> Surfaces<'a> {
 }
 
 /// Appends a material and returns its index.
-pub(super) fn push(assembly: &mut Assembly, material: Material) -> u32 {
+fn push(assembly: &mut Assembly, material: Material) -> u32 {
     let index = u32::try_from(assembly.materials.len()).unwrap_or(u32::MAX);
     assembly.materials.push(material);
     index
