@@ -143,7 +143,15 @@ fn wrong(field: &'static str, found: &Value, expected: &'static str) -> TreeFile
 
 /// A value of the header as messages show it.
 pub(super) fn shown(value: &Value) -> String {
-    let text = value.to_string();
+    match value {
+        // Cut within its quotes.
+        Value::String(text) => Value::from(cut(text)).to_string(),
+        other => cut(&other.to_string()),
+    }
+}
+
+/// The first [`SHOWN`] characters, and an ellipsis where there are more.
+fn cut(text: &str) -> String {
     let mut characters = text.chars();
     let kept: String = characters.by_ref().take(SHOWN).collect();
     if characters.next().is_some() { format!("{kept}…") } else { kept }

@@ -67,7 +67,7 @@ fn broken() -> Vec<(Vec<u8>, &'static str)> {
         // The second.
         (
             with("builder", "n".repeat(1001).into()),
-            "the header has \"nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn… as 'builder' where a text of at most 1000 characters is expected",
+            "the header has \"nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn…\" as 'builder' where a text of at most 1000 characters is expected",
         ),
         (
             b"bvhscope tree 1\n{\"container\": \"box\"".to_vec(),
