@@ -15,7 +15,7 @@ use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_STAGES_MS, TREE_HASH};
 use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
-use crate::text::file_name;
+use crate::text::{file_name, quoted};
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -84,6 +84,13 @@ pub struct FrameOfClip {
     pub frame: usize,
     /// Time of the clip in seconds.
     pub time_s: f32,
+}
+
+impl FrameOfClip {
+    /// The clip in headings: "clip 'run'".
+    pub fn clip_text(&self) -> String {
+        if self.clip.is_empty() { "an unnamed clip".to_owned() } else { format!("clip {}", quoted(&self.clip)) }
+    }
 }
 
 impl Measurement {

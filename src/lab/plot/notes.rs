@@ -59,7 +59,7 @@ fn scenes(rows: &[Measurement]) -> String {
     let scene = |model: &&str| {
         let row = rows.iter().find(|row| row.model == *model);
         let triangles = row.map_or(0, |row| row.triangles);
-        let clip = row.and_then(|row| Some(format!(", clip '{}'{containers}", row.motion.as_ref()?.clip)));
+        let clip = row.and_then(|row| Some(format!(", {}{containers}", row.motion.as_ref()?.clip_text())));
         format!("{}, {} triangles{}", name_among(model, &models), count(triangles as u64), clip.unwrap_or_default())
     };
     models.iter().map(scene).collect::<Vec<_>>().join("; ")

@@ -4,7 +4,7 @@ use super::aligned::ReportTable;
 use super::format::{conditions_and_threads, costs, models, name_among, number};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{EPO, POPULATION_TESTS_PER_RAY, RAY_NS, READY_MS, SAH_COST, UPDATE_MS};
-use crate::lab::measurement::Measurement;
+use crate::lab::measurement::{FrameOfClip, Measurement};
 use crate::lab::motion::{FrameCost, break_even_rays, cheapest, mean, pays_from};
 use crate::lab::population::Population;
 use crate::text::{count, counted};
@@ -93,10 +93,10 @@ pub(super) fn policy_tables(rows: &[Measurement]) -> Vec<ReportTable> {
 fn policy_table(name: &str, rows: &[&Measurement]) -> ReportTable {
     let (all, rays) = (Followed::all(rows), rays_of_frame(rows[0]));
     let frames = all.iter().map(|followed| followed.rows.len()).max().unwrap_or(0);
-    let clip = rows[0].motion.as_ref().map_or("", |motion| &motion.clip);
+    let clip = rows[0].motion.as_ref().map(FrameOfClip::clip_text).unwrap_or_default();
     let own: Vec<Measurement> = rows.iter().map(|row| (*row).clone()).collect();
     let mut table = ReportTable::new(
-        format!("{name}: {} of clip '{clip}' ({})", counted(frames as u64, "frames"), conditions_and_threads(&own)),
+        format!("{name}: {} of {clip} ({})", counted(frames as u64, "frames"), conditions_and_threads(&own)),
         &[("policy", "")],
     );
     for (_, column, unit, has_most) in COLUMNS {
