@@ -1,5 +1,7 @@
 //! Legends below pictures whose colours stand for numbers: quantity, unit and range.
 
+use image::imageops::thumbnail;
+use image::{Rgb, RgbImage};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -22,6 +24,8 @@ const MARGIN: i32 = 12;
 const HEIGHT: u32 = 58;
 /// Size of the font in units of the legend.
 const FONT_SIZE: u32 = 14;
+/// Largest number of pixels in a unit.
+const MAX_UNIT: u32 = 4;
 
 /// A row of a legend.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,8 +117,8 @@ pub(super) fn is_wanted(asked: Option<bool>, width_px: u32) -> bool {
 }
 
 /// Pixels in a unit of the legend: larger pictures have larger letters.
-fn unit(width_px: u32) -> u32 {
-    (width_px / 800).clamp(1, 4)
+pub(super) fn unit(width_px: u32) -> u32 {
+    (width_px / 800).clamp(1, MAX_UNIT)
 }
 
 /// Height in pixels of a legend of `count` keys below a picture.
@@ -124,26 +128,32 @@ pub(super) fn height_px(width_px: u32, count: usize) -> u32 {
 
 /// Appends a legend below the pixels of a picture, and returns the new height.
 pub(super) fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &[Key], background: Background) -> u32 {
-    let added = height_px(width, keys.len());
-    let mut pixels = vec![0_u8; (width * added * 3) as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, (width, added)).into_drawing_area();
-    // Drawing into memory does not fail.
-    let _ = draw(&area, width, keys, background);
+    let (added, unit) = (height_px(width, keys.len()), unit(width));
+    // Letters are placed at whole pixels, so that small ones are drawn larger and reduced.
+    let finer = MAX_UNIT / unit;
+    let [fine_width, fine_height] = [width, added].map(|side| side * finer);
+    let mut pixels = vec![0_u8; (fine_width * fine_height * 3) as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (fine_width, fine_height)).into_drawing_area();
+    // Drawing into memory does not fail. Bitmaps have letters a quarter of their size higher than SVG has.
+    let _ = draw(&area, keys, background, unit * finer, FONT_SIZE * unit * finer / 4);
     drop(area);
-    rgba.extend(pixels.as_chunks::<3>().0.iter().map(|&[r, g, b]| [r, g, b, 255]));
+    let Some(fine) = RgbImage::from_raw(fine_width, fine_height, pixels) else { return height };
+    let legend = if finer == 1 { fine } else { thumbnail(&fine, width, added) };
+    rgba.extend(legend.pixels().map(|&Rgb([r, g, b])| [r, g, b, 255]));
     height + added
 }
 
-/// Draws the keys below each other.
+/// Draws the keys below each other, by a unit of so many pixels, and all letters `lower` pixels lower than the backend puts them.
 pub(super) fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
-    width_px: u32,
     keys: &[Key],
     background: Background,
+    unit: u32,
+    lower: u32,
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let (paper, ink) = if background.is_dark() { (RGBColor(24, 26, 29), WHITE) } else { (WHITE, BLACK) };
     area.fill(&paper)?;
-    let unit = unit(width_px) as i32;
+    let (width_px, unit, lower) = (area.dim_in_pixel().0, unit as i32, lower as i32);
     let style = (font(), FONT_SIZE * unit as u32).into_font().color(&ink);
     let text_height = FONT_SIZE as i32 * unit;
     let (left, right) = (MARGIN * unit, width_px as i32 - MARGIN * unit);
@@ -151,7 +161,7 @@ pub(super) fn draw<B: DrawingBackend>(
         let top = (HEIGHT as i32 * index as i32 + 5) * unit;
         let title_scale = scale_within(right - left, text_width(&key.title, text_height as u32));
         let title_style = (font(), (text_height as f32 * title_scale) as i32).into_font().color(&ink);
-        area.draw(&Text::new(key.title.clone(), (left, top), title_style))?;
+        area.draw(&Text::new(key.title.clone(), (left, top + lower), title_style))?;
         let [bar_top, bar_bottom] = [top + 19 * unit, top + 31 * unit];
         match &key.colors {
             Colors::Bar(colors, labels) => {
@@ -165,7 +175,7 @@ pub(super) fn draw<B: DrawingBackend>(
                     let width = text_width(text, text_height as u32);
                     let x = (x_of(*part) - width / 2).clamp(left / 2, (right + left / 2 - width).max(left / 2));
                     if x >= free_from {
-                        area.draw(&Text::new(text.clone(), (x, bar_bottom + 3 * unit), style.clone()))?;
+                        area.draw(&Text::new(text.clone(), (x, bar_bottom + 3 * unit + lower), style.clone()))?;
                         free_from = x + width + 6 * unit;
                     }
                 }
@@ -179,7 +189,7 @@ pub(super) fn draw<B: DrawingBackend>(
                 for ([r, g, b], name) in named {
                     let swatch = [(x, bar_top), (x + 26 * unit, bar_bottom)];
                     area.draw(&Rectangle::new(swatch, RGBColor(*r, *g, *b).filled()))?;
-                    area.draw(&Text::new(name.clone(), (x + 31 * unit, bar_top - unit), style.clone()))?;
+                    area.draw(&Text::new(name.clone(), (x + 31 * unit, bar_top - unit + lower), style.clone()))?;
                     x += 31 * unit + text_width(name, text_height as u32) + 16 * unit;
                 }
             }

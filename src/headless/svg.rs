@@ -46,7 +46,7 @@ pub(super) fn svg(
         let mut part = String::new();
         let area = SVGBackend::with_string(&mut part, (width, legend_px)).into_drawing_area();
         // Drawing into memory does not fail.
-        let _ = legend::draw(&area, width, keys, background);
+        let _ = legend::draw(&area, keys, background, legend::unit(width), 0);
         drop(area);
         let _ = writeln!(
             text,
