@@ -236,24 +236,22 @@ fn perform_actions(state: &mut AppState) {
     }
 }
 
-/// Opens the start page at its path field, because there is no file dialog.
+/// Opens the start page at its path field, which says that there is no file dialog.
 fn ask_for_path(of: Chosen, state: &mut AppState) {
-    let marks = if matches!(of, Chosen::Sequence) { " with # for each digit, as in walk_####.obj" } else { "" };
-    let text = format!(
-        "There is no file dialog: the desktop offers none (neither a portal nor zenity). Type the path{marks}, or drop the file on the window"
-    );
-    // The start page repeats it, and a message that stays would cover that.
-    state.messages.notify(Severity::Info, text);
     let field = &mut state.layout.path_field;
-    field.without_dialog = true;
+    field.asked_for = Some(match of {
+        Chosen::Model => "type the path here, or drop the file on the window",
+        Chosen::Sequence => "type the path here with # for each digit, as in walk_####.obj",
+        Chosen::Tree(_) => "type the path of the tree here, or drop the file on the window",
+    });
     field.tree = match of {
         Chosen::Model | Chosen::Sequence => None,
         Chosen::Tree(side) => Some(side),
     };
     // A path typed next would be joined to the one before.
     field.text.clear();
+    field.wants_focus = true;
     state.layout.start_page_open = true;
-    state.layout.path_field.wants_focus = true;
 }
 
 /// Opens a model, or reads the wanted one again.

@@ -16,8 +16,8 @@ const MAX_OFFERED: usize = 8;
 pub struct PathField {
     /// The text.
     pub text: String,
-    /// The desktop offers no file dialog, so this field is the way.
-    pub without_dialog: bool,
+    /// Where the desktop offers no file dialog: what to do instead.
+    pub asked_for: Option<&'static str>,
     /// The tree that is read from the path; `None` where it is that of a model.
     pub tree: Option<TreeSide>,
     /// The field is to take the keyboard focus.

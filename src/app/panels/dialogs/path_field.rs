@@ -11,8 +11,8 @@ use crate::app::widgets::Tip as _;
 /// Shows the field and what is offered. Returns the path to open.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState) -> Option<PathBuf> {
     request_listing(state);
-    if state.layout.path_field.without_dialog {
-        let text = "The desktop offers no file dialog (neither a portal nor zenity): type the path here";
+    if let Some(instead) = state.layout.path_field.asked_for {
+        let text = format!("The desktop offers no file dialog (neither a portal nor zenity): {instead}");
         ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).warning)).wrap());
     }
     let mut opened = None;

@@ -137,7 +137,8 @@ fn content(ui: &mut Ui, state: &mut AppState, index: usize, card: &Card, availab
 /// A frame around the place, and an arrow from the card to it.
 fn point_at(ui: &Ui, card: Rect, place: Rect, to_the_right: bool) {
     let color = theme::palette(ui).accent;
-    let painter = ui.ctx().layer_painter(egui::LayerId::new(Order::Foreground, Id::unique("tour pointer")));
+    // Over the panels, below an open list.
+    let painter = ui.ctx().layer_painter(egui::LayerId::new(Order::Middle, Id::unique("tour pointer")));
     painter.rect_stroke(place.expand(3.0), CornerRadius::same(5), Stroke::new(1.5, color), StrokeKind::Outside);
     let arrow = if to_the_right {
         let y = place.center().y.clamp(card.top() + 8.0, card.bottom() - 8.0);

@@ -89,7 +89,7 @@ fn view(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy
             ui.vertical(|ui| {
                 let height = (ui.available_height() - toolbar::HEIGHT - ui.spacing().item_spacing.y).max(48.0);
                 plot::show(ui, state, study, vec2(size.x, height));
-                toolbar::status(ui, state, shown, study);
+                toolbar::status(ui, state, study);
             });
         });
         ui.add_space(8.0);

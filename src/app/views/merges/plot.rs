@@ -15,7 +15,7 @@ use crate::app::{format, theme};
 use crate::lab::merges::{Density, Merges};
 
 /// Room for labels: to the left, above, below in points.
-const MARGINS: [f32; 3] = [48.0, 12.0, 16.0];
+const MARGINS: [f32; 3] = [48.0, 26.0, 16.0];
 /// Width in points from which a merge is drawn as a dot of its own.
 const DOT_STEP: f32 = 3.0;
 /// Smallest distance in points between two marks of the reduction.
@@ -203,6 +203,7 @@ fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, colo
         };
         text(pos2(axes.plot.left() - 4.0, y.max(rect.top() + 6.0)), Align2::RIGHT_CENTER, label);
     }
+    text(rect.min, Align2::LEFT_TOP, "Area of the merged cluster, of the root's".to_owned());
     let bottom = rect.bottom();
     let first = axes.first as u32;
     let first = if first <= 1 { 0 } else { first };

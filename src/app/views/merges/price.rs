@@ -1,11 +1,14 @@
 //! The price of the approximation: a selected subtree beside the one that exact clustering makes of its leaves.
 
 use bvhscope_engine::construction::{ExactComparison, MAX_EXACT_LEAVES};
+use bvhscope_engine::settings::Pass;
 use egui::{self, Grid, Label, RichText, Ui, vec2};
 
+use crate::accel::Accel;
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
+use crate::lab::merges::merges_clusters;
 
 /// Shows the comparison of the selected node, or how to get one.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
@@ -20,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let Some(node) = state.lab.merges.price_of.filter(|&node| (node as usize) < shown.table.len()) else { return };
     let price = &state.lab.merges.price;
     match price.get(&shown.accel, &node).cloned().as_deref() {
-        Some(Ok(comparison)) => result(ui, state, node, comparison),
+        Some(Ok(comparison)) => result(ui, state, node, comparison, &shown.accel),
         Some(Err(reason)) => note(ui, &format!("Node {} cannot be compared: {reason}", format::count(node.into()))),
         None if price.is_cancelled(&shown.accel, &node) => note(ui, "The comparison was cancelled"),
         None => note(ui, &format!("Clustering the leaves of node {} exactly …", format::count(node.into()))),
@@ -53,18 +56,35 @@ fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
 }
 
-/// The result of the comparison.
-fn result(ui: &mut Ui, state: &mut AppState, node: u32, comparison: &ExactComparison) {
-    let palette = theme::palette(ui);
-    let percent = format::percent((comparison.ratio() - 1.0).abs());
-    let verdict = if comparison.ratio() > 1.0 {
-        format!("The approximation costs {percent}")
-    } else if comparison.ratio() < 1.0 {
-        format!("The approximation is {percent} cheaper: always merging the closest pair is a heuristic, too")
-    } else {
-        "The approximation costs nothing here".to_owned()
+/// The `ratio` of the subtree's cost to that of the exact one in words, with what else has changed the subtree.
+fn verdict(ratio: f64, accel: &Accel) -> String {
+    let percent = format::percent((ratio - 1.0).abs());
+    let passes = accel.settings.passes().iter().filter(|_| accel.file.is_none());
+    let passes: Vec<&str> = passes.map(Pass::label).collect();
+    if merges_clusters(accel) && passes.is_empty() {
+        return if ratio > 1.0 {
+            format!("The approximation costs {percent}")
+        } else if ratio < 1.0 {
+            format!("The approximation is {percent} cheaper: always merging the closest pair is a heuristic, too")
+        } else {
+            "The approximation costs nothing here".to_owned()
+        };
+    }
+    let after = match &passes[..] {
+        [] => String::new(),
+        passes => format!(", after its passes ({})", passes.join(", ")),
     };
-    ui.add(Label::new(RichText::new(verdict).color(palette.text)).wrap());
+    if ratio == 1.0 {
+        return format!("The subtree{after} costs as much as the exact one");
+    }
+    let more = if ratio > 1.0 { "more" } else { "less" };
+    format!("The subtree{after} costs {percent} {more} than the exact one, which no pass has changed")
+}
+
+/// The result of the comparison.
+fn result(ui: &mut Ui, state: &mut AppState, node: u32, comparison: &ExactComparison, accel: &Accel) {
+    let palette = theme::palette(ui);
+    ui.add(Label::new(RichText::new(verdict(comparison.ratio(), accel)).color(palette.text)).wrap());
     let first = comparison.first_difference.as_ref();
     let merges = format::count(comparison.leaves.saturating_sub(1) as u64);
     Grid::new("price").num_columns(2).spacing(vec2(12.0, 2.0)).show(ui, |ui| {

@@ -91,13 +91,13 @@ fn study(
         let last = last.lock().unwrap_or_else(PoisonError::into_inner);
         last.1.upgrade().filter(|_| is_same(&last.0, accel))
     };
-    let history = match known.map_or_else(|| History::new(accel, token).map(Arc::new), Ok) {
+    let history = match known.map_or_else(|| History::new(accel, &token.part(0, 2)).map(Arc::new), Ok) {
         Ok(history) => history,
         Err(BuildError::Refused(text)) => return Ok(Err(text)),
         Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
     };
     *last.lock().unwrap_or_else(PoisonError::into_inner) = (Arc::downgrade(accel), Arc::downgrade(&history));
-    let merges = Merges::new(accel, &history, order, token)?;
+    let merges = Merges::new(accel, &history, order, &token.part(1, 2))?;
     let table = match &history.of {
         TreeOfRecord::Same => None,
         TreeOfRecord::Before(before) => Some(Arc::new(NodeTable::new(before))),

@@ -42,6 +42,9 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
             ui.label(text);
         }
     });
+    if let Some(remark) = study.merges.history.remark(&shown.accel) {
+        ui.add(Label::new(RichText::new(remark).color(theme::palette(ui).warning)).wrap());
+    }
 }
 
 /// The orders of the merges.
@@ -214,22 +217,12 @@ fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, width: f32, v
 pub(super) const HEIGHT: f32 = theme::ROW_HEIGHT;
 
 /// Shows the line.
-pub(super) fn status(ui: &mut Ui, state: &AppState, shown: &Presented, study: &MergeStudy) {
-    let palette = theme::palette(ui);
-    let remark = study.merges.history.remark(&shown.accel);
-    ui.horizontal(|ui| {
-        ui.set_height(HEIGHT);
-        let text = RichText::new(present(state, study)).color(palette.text);
-        let text = match &remark {
-            Some(_) => ui.add(Label::new(text)),
-            None => ui.add(Label::new(text).truncate()),
-        };
-        text.on_hover_text(
+pub(super) fn status(ui: &mut Ui, state: &AppState, study: &MergeStudy) {
+    let text = RichText::new(present(state, study)).color(theme::palette(ui).text);
+    ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
+        ui.add(Label::new(text).truncate()).on_hover_text(
             "The merge at the cursor: its number, what it makes, and the call of the recursion that did it",
         );
-        if let Some(remark) = remark {
-            ui.add(Label::new(RichText::new(&remark).color(palette.warning)).truncate());
-        }
     });
 }
 

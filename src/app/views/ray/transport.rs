@@ -2,7 +2,7 @@
 //! while the strip or a row of a list has the focus. Looking at it from the side, and copying it. The present step in
 //! words, and the totals of the ray beside those of the picture.
 
-use egui::{self, Button, EventFilter, Key, Modifiers, Response, RichText, Slider, Ui, WidgetInfo};
+use egui::{self, Button, EventFilter, Key, Label, Modifiers, Response, RichText, Slider, TextStyle, Ui, WidgetInfo};
 
 use super::events::step_text;
 use crate::app::state::{AppState, Presented, RaySource, RayState, SPEEDS};
@@ -76,8 +76,11 @@ fn scrub(ui: &mut Ui, state: &mut AppState, steps: usize) {
         ray.go_to(step - 1, steps);
     }
     response.tip("All steps of the ray in their order: drag to go through them");
-    let text = format!("step {} of {}", format::count(step as u64), format::count(steps as u64));
-    ui.label(RichText::new(text).color(theme::palette(ui).text));
+    let text = |step: usize| format!("step {} of {}", format::count(step as u64), format::count(steps as u64));
+    // As wide as the longest, so that nothing moves during the replay.
+    let color = theme::palette(ui).text;
+    let longest = ui.painter().layout_no_wrap(text(steps), TextStyle::Body.resolve(ui.style()), color);
+    ui.add_sized(longest.size(), Label::new(RichText::new(text(step)).color(color)));
 }
 
 fn speed(ui: &mut Ui, state: &mut AppState) {
@@ -181,12 +184,10 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
         }
         (None, None) => all,
     };
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(now).color(palette.text));
-        let tip = "Visited in vain: nothing nearer was found in the container. Skipped: it begins behind a hit found before, or a \
-                   hit ended the ray. The wide tree tests up to eight containers and four triangles at once and counts them as one";
-        ui.label(RichText::new(all).color(palette.dim)).tip(tip);
-    });
+    ui.add(Label::new(RichText::new(now).color(palette.text)).truncate());
+    let tip = "Visited in vain: nothing nearer was found in the container. Skipped: it begins behind a hit found before, or a \
+               hit ended the ray. The wide tree tests up to eight containers and four triangles at once and counts them as one";
+    ui.add(Label::new(RichText::new(all).color(palette.dim)).wrap()).tip(tip);
 }
 
 /// "27 container tests, 1 triangle test".
