@@ -26,7 +26,7 @@ LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; so
 # The output of all tests, whose results are added up at the end.
 TEST_LOG := target/tests.log
 
-.PHONY: run test format lint unit docs headless peers tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
+.PHONY: run test format unit docs headless peers tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -37,36 +37,36 @@ run: deps-run
 		cargo run -q --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
 	fi
 
-test: deps-test format lint unit headless docs
+test: deps-test format unit headless docs
 	@$(LIST_SKIPPED)
 	@echo "Passed: format, lints, $$(awk '/^test result:/ { n += $$4 } END { print n }' $(TEST_LOG)) tests, documentation."
 
 format:
 	cargo fmt --check
 
-# No second time in release: debug assertions are switched by `cfg!(debug_assertions)`, which is compiled either way.
-lint:
-	cargo clippy --workspace --all-targets -- -D warnings
+# Everything is compiled with lints, and once: no second time in release, as debug assertions are switched by `cfg!(debug_assertions)`,
+# which is compiled either way.
+unit headless: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
 
-# Not the examples, which lint has compiled. The tests of the real window mostly wait for it, and those of cancelling take one core, so
+# The tests of the real window mostly wait for it, those of cancelling take one core, and those of memory wait for other processes, so
 # they run beside all others.
 # Without the variable Mesa asks a Wayland display for its device, and each test that draws writes an error about it (src/main.rs).
 unit: export NODEVICE_SELECT ?= 1
 unit:
-	cargo test --workspace --lib --test '*' --no-run
+	cargo test --workspace --all-targets --no-run
 	@rm -f "$$BVHSCOPE_SKIPPED"; beside_log=$$(mktemp); trap 'rm -f "$$beside_log"' EXIT; \
-	cargo test --workspace --no-fail-fast --test 'ca*' --test 'w*' >"$$beside_log" 2>&1 & \
-	cargo test --workspace --no-fail-fast --lib --test 'c[!a]*' --test '[!cw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
+	cargo test --workspace --no-fail-fast --test 'ca*' --test 'm*' --test 'w*' >"$$beside_log" 2>&1 & \
+	cargo test --workspace --no-fail-fast --lib --test 'c[!a]*' --test '[!cmw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
 	wait $$!; beside=$$?; tee -a $(TEST_LOG) <"$$beside_log"; [ $$((others | beside)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
 	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
 
 # The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need
 # the window. With the examples, of which there are none, because the development dependencies leave fewer crates to check again.
 headless:
-	cargo clippy --no-default-features --features dist,ktx2 --lib --bins --examples -- -D warnings
-	cargo clippy -p bvhscope-engine --no-default-features --lib -- -D warnings
+	cargo check --no-default-features --features dist,ktx2 --lib --bins --examples
+	cargo check -p bvhscope-engine --no-default-features --lib
 
-# With the examples, because their dependencies make it the same set of features that lint has checked already.
+# With the examples, because their dependencies make it the same set of features that headless has checked already.
 docs:
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
 
