@@ -60,47 +60,43 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     let total = triangles.len();
     let mut findings = Vec::new();
     let grouped = |count: usize| crate::text::count(count as u64);
-    let mut add = |kind, set: TriangleSet, text: &dyn Fn(&str, &str) -> String| {
+    // The text begins with "1 of 12 triangles is", by the verb for one and for several, and goes on with `rest`.
+    let mut add = |kind, set: TriangleSet, verbs: [&str; 2], rest: &str| {
         let count = set.len();
         if count > 0 {
+            let verb = verbs[usize::from(count > 1)];
             findings.push(Finding {
                 kind,
                 count,
-                text: text(&grouped(count), &grouped(total)),
+                text: format!("{} of {} triangles {verb} {rest}", grouped(count), grouped(total)),
                 place: Place::Triangles(Arc::new(set)),
             });
         }
     };
     let mut not_examined = None;
     match budget.check("the search for equal triangles", BYTES_PER_TRIANGLE * total as u64) {
-        Ok(()) => add("duplicates", duplicates(triangles, token)?, &|count, total| {
-            format!("{count} of {total} triangles lie exactly on another one: each is tested for nothing")
-        }),
+        Ok(()) => {
+            let rest = "exactly on another one: each is tested for nothing";
+            add("duplicates", duplicates(triangles, token)?, ["lies", "lie"], rest);
+        }
         Err(error) => not_examined = Some(format!("not everything was examined: {error}")),
     }
     let degenerate = those(triangles, token, |triangle| triangle.area() == 0.0)?;
-    add("degenerate", degenerate, &|count, total| {
-        format!("{count} of {total} triangles have no area: no ray ever hits them")
-    });
+    add("degenerate", degenerate, ["has", "have"], "no area: no ray ever hits them");
     let slivers = those(triangles, token, is_sliver)?;
     // Every model has a few slivers; from a twentieth of the triangles on they affect the tree.
     if slivers.len() * 20 >= total {
-        add("slivers", slivers, &|count, total| {
-            format!(
-                "{count} of {total} triangles are more than {SLIVER_ASPECT} times as long as high: their containers are \
-                 mostly empty and overlap; remeshing or splitting them helps"
-            )
-        });
+        let rest = format!(
+            "more than {SLIVER_ASPECT} times as long as high: their containers are mostly empty and overlap; remeshing or splitting \
+             them helps"
+        );
+        add("slivers", slivers, ["is", "are"], &rest);
     }
     let half_diagonal = length(scene.bounds.extent()) * 0.5;
     if total > 1000 {
         let huge = those(triangles, token, |triangle| length(triangle.bounds().extent()) > half_diagonal)?;
-        add("huge-triangles", huge, &|count, total| {
-            format!(
-                "{count} of {total} triangles are more than half as large as the whole scene: every container above them is \
-                 as large, and most rays test them"
-            )
-        });
+        let rest = "more than half as large as the whole scene: every container above them is as large, and most rays test them";
+        add("huge-triangles", huge, ["is", "are"], rest);
     }
     let corners = [scene.bounds.min, scene.bounds.max].map(glam::Vec3::as_dvec3);
     if Extent::around(corners).offset() != glam::DVec3::ZERO {
@@ -338,7 +334,8 @@ mod tests {
             assert!(!is_sliver(&good), "{size}");
             let scene = Scene::from_triangles(SceneSource::default_builtin(), vec![good, flat]);
             let findings = diagnose_scene(&scene, &CancelToken::new()).unwrap();
-            assert!(matches!(&findings[..], [Finding { kind: "degenerate", count: 1, .. }]), "{size}: {findings:?}");
+            let [Finding { kind: "degenerate", text, .. }] = &findings[..] else { panic!("{size}: {findings:?}") };
+            assert!(text.starts_with("1 of 2 triangles has no area"), "{text}");
         }
     }
 }
