@@ -203,7 +203,7 @@ fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, colo
         };
         text(pos2(axes.plot.left() - 4.0, y.max(rect.top() + 6.0)), Align2::RIGHT_CENTER, label);
     }
-    text(rect.min, Align2::LEFT_TOP, "Area of the merged cluster, of the root's".to_owned());
+    text(rect.min, Align2::LEFT_TOP, "Area of the cluster made, in % of the root's".to_owned());
     let bottom = rect.bottom();
     let first = axes.first as u32;
     let first = if first <= 1 { 0 } else { first };

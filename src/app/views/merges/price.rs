@@ -72,7 +72,7 @@ fn verdict(ratio: f64, accel: &Accel) -> String {
     }
     let after = match &passes[..] {
         [] => String::new(),
-        passes => format!(", after its passes ({})", passes.join(", ")),
+        passes => format!(", after its passes ({}),", passes.join(", ")),
     };
     if ratio == 1.0 {
         return format!("The subtree{after} costs as much as the exact one");

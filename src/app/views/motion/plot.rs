@@ -10,7 +10,7 @@ use crate::app::state::lab::{MotionQuantity, PolicyCurve, frame_cost};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::{format, theme};
 use crate::lab::motion::{FrameCost, MotionRow, cheapest, pays_from};
-use crate::lab::plot::{Axis, COLORS};
+use crate::lab::plot::{Axis, COLORS, Scale};
 use crate::scene::Moment;
 use bvhscope_engine::follow::Policy;
 
@@ -50,7 +50,14 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
     };
     let points: Vec<Vec<[f64; 2]>> = drawn.iter().map(|curve| values(curve)).collect();
     let all = || points.iter().flatten();
-    let across = Axis::linear(first.rows.iter().map(|row| f64::from(row.seconds)));
+    let seconds = |row: &MotionRow| f64::from(row.seconds);
+    let across = match &first.rows[..] {
+        // No longer than the clip, as the band of cheapest policies.
+        [start, .., end] if start.seconds < end.seconds => {
+            Axis { low: seconds(start), high: seconds(end), scale: Scale::Linear }
+        }
+        rows => Axis::linear(rows.iter().map(seconds)),
+    };
     let up = Axis::fitted(all().map(|point| point[1]));
     let size = rest(ui) - vec2(0.0, BAND + BELOW);
     let (rect, response) = ui.allocate_exact_size(size.max(vec2(160.0, 60.0)), Sense::click());
