@@ -10,7 +10,7 @@ use bvhscope::render::Shading;
 use bvhscope_engine::Preset;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::MergeOrder;
-use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable as _;
@@ -238,4 +238,8 @@ fn the_curve_is_dragged_and_the_price_is_compared() {
     assert!(harness.query_by_label_contains("First merge that differs").is_some());
     let comparison = copied(&mut harness, "Copy comparison");
     assert!(comparison.lines().nth(1).is_some_and(|row| row.starts_with(&format!("{first}\t"))), "{comparison}");
+
+    harness.state_mut().state.wanted.build.optimize = Passes::NONE.with(Pass::Collapse);
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("The subtree, after its passes (Collapse), costs").is_some());
 }

@@ -84,6 +84,7 @@ pub(super) fn load(
             *mesh = Some(read_mesh(&json, &accessors, &uses, assembly, token)?);
         }
     }
+    // The last is the default one.
     let default = assembly.materials.len().saturating_sub(1);
     if !meshes.iter().flatten().flatten().any(|primitive| primitive.material == default) {
         assembly.materials.pop();

@@ -70,15 +70,15 @@ fn verdict(ratio: f64, accel: &Accel) -> String {
             "The approximation costs nothing here".to_owned()
         };
     }
-    let after = match &passes[..] {
-        [] => String::new(),
-        passes => format!(", after its passes ({}),", passes.join(", ")),
+    let (after, unchanged) = match &passes[..] {
+        [] => (String::new(), ""),
+        passes => (format!(", after its passes ({}),", passes.join(", ")), ", which no pass has changed"),
     };
     if ratio == 1.0 {
         return format!("The subtree{after} costs as much as the exact one");
     }
     let more = if ratio > 1.0 { "more" } else { "less" };
-    format!("The subtree{after} costs {percent} {more} than the exact one, which no pass has changed")
+    format!("The subtree{after} costs {percent} {more} than the exact one{unchanged}")
 }
 
 /// The result of the comparison.
