@@ -19,7 +19,7 @@ use bvhscope_engine::tree::ContainerKind;
 use crate::COUNTED;
 
 /// Number of polls at which each job is cancelled, spread evenly over all of them.
-const PLACES: u64 = 25;
+const PLACES: u64 = 15;
 
 /// Runs `work` to its end, then cancels it at many polls: the memory in use afterwards is that from before, within a
 /// twentieth of the job's peak.

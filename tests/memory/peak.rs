@@ -28,7 +28,7 @@ fn a_build_stays_within_its_memory_estimate() {
         assert!(again.env(RETURN_MEMORY.0, RETURN_MEMORY.1).status().unwrap().success());
         return;
     }
-    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(300_000) };
+    let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(150_000) };
     let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
     let count = scene.triangles.len() as u64;
     let builders = [BuilderKind::Aac, BuilderKind::Swift, BuilderKind::Lbvh, BuilderKind::BinnedSah];

