@@ -54,6 +54,16 @@ fn the_tour_points_at_three_controls_and_covers_none_of_them() {
 }
 
 #[test]
+fn the_tour_points_at_nothing_that_is_scrolled_away() {
+    let mut h = sized(first_start(), 1280.0, 400.0, 1.0);
+    h.state_mut().layout.tour = Some(2);
+    h.run_steps(3);
+    let card = h.get_by_label_contains("Choose a heat map").rect();
+    let panel = h.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    assert!(panel.left() - card.right() > 200.0, "{card} is beside the panel of {panel} instead of in the middle");
+}
+
+#[test]
 fn the_tour_is_skipped_by_esc_and_does_not_come_back_by_itself() {
     let mut h = harness(first_start());
     assert_eq!(h.state().layout.tour, Some(0));

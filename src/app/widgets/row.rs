@@ -23,7 +23,7 @@ pub(crate) fn row(ui: &mut Ui, label: &str, tip: &str, control: impl FnOnce(&mut
             ui.new_child(egui::UiBuilder::new().max_rect(rect).layout(egui::Layout::left_to_right(Align::Center)));
         let name = child.add(egui::Label::new(egui::RichText::new(label).color(palette.dim)).truncate());
         let response = control(ui);
-        note_place(ui.ctx(), label, rect.union(response.rect));
+        note_place(ui.ctx(), label, rect.union(response.rect).intersect(ui.clip_rect()));
         name.tip(tip);
         response.tip(tip)
     })
@@ -35,9 +35,9 @@ pub(crate) fn note_place(ctx: &Context, name: &str, rect: Rect) {
     ctx.data_mut(|data| data.insert_temp(Id::unique(("place", name)), rect));
 }
 
-/// Where the row of this label was when it was last shown.
+/// Where the row of this label was when it was last shown, unless it was scrolled away.
 pub(crate) fn place_of(ctx: &Context, name: &str) -> Option<Rect> {
-    ctx.data(|data| data.get_temp(Id::unique(("place", name))))
+    ctx.data(|data| data.get_temp(Id::unique(("place", name)))).filter(Rect::is_positive)
 }
 
 /// A check box with a tooltip. Returns whether it was toggled.
