@@ -5,15 +5,13 @@ use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::mix::mix64;
-use crate::kernel::par_collect::par_collect_in_chunks;
+use crate::kernel::parallel::par_tasks;
 use crate::tree::{AnyTree, Node};
 use crate::wide::{AnyWideTree, WideContainer, WideNode, WideTree};
 use crate::{with_tree, with_wide_tree};
 
 /// Items that are hashed together; the hash depends on it.
 const BATCH: usize = 1 << 12;
-/// Poll for cancellation every 64 batches, about a millisecond.
-const BATCHES_BETWEEN_CHECKS: usize = 64;
 
 /// Hash of a binary tree: of the exact bits of every container, of every reference and of the order of the primitives. Computed in
 /// the calling thread's rayon pool, and the same for any number of threads. Equal trees have equal hashes; two that differ in
@@ -65,10 +63,7 @@ fn hash_wide_node<B: Pod>(hash: u64, node: &WideNode<B>) -> u64 {
 
 /// Hash of a list, batch by batch on all threads.
 fn of_list<T: Sync>(list: &[T], token: &CancelToken, hash: impl Fn(u64, &T) -> u64 + Sync) -> Result<u64, Cancelled> {
-    let batches: Vec<&[T]> = list.chunks(BATCH).collect();
-    let hashes = par_collect_in_chunks(batches.len(), BATCHES_BETWEEN_CHECKS, token, |batch| {
-        batches[batch].iter().fold(0, &hash)
-    })?;
+    let hashes = par_tasks(list.chunks(BATCH), token, |batch, _| Ok(batch.iter().fold(0, &hash)))?;
     Ok(hashes.into_iter().fold(list.len() as u64, join))
 }
 

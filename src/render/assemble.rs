@@ -1,8 +1,8 @@
 //! Accumulated pixels, tile by tile, into a frame, row by row.
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::parallel::par_tasks;
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::adaptation::Metered;
 use super::edges;
@@ -141,10 +141,9 @@ impl Rows<'_> {
     /// Calls `visit` with each slot of `list`, which has one for every pixel, and that pixel. In parallel.
     fn for_each<T: Send>(&self, list: &mut [T], visit: impl Fn(&mut T, &Pixel) + Sync) -> Result<(), Cancelled> {
         let rows = PIXELS_PER_CHECK.div_ceil(self.grid.width);
-        let chunks = list.par_chunks_mut((rows * self.grid.width) as usize).enumerate();
-        chunks.try_for_each(|(chunk, list)| {
+        let chunks = list.chunks_mut((rows * self.grid.width) as usize).enumerate();
+        par_tasks(chunks, self.token, |(chunk, list), _| {
             let first = chunk as u32 * rows;
-            self.token.check()?;
             for (row, y) in list.chunks_mut(self.grid.width as usize).zip(first..) {
                 for (slot, x) in row.iter_mut().zip(0..) {
                     let (tile, within) = self.grid.index(x, y);
@@ -153,5 +152,6 @@ impl Rows<'_> {
             }
             Ok(())
         })
+        .map(drop)
     }
 }

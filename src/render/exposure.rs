@@ -2,7 +2,6 @@
 //! picture's resolution, so that all passes of a view agree and a moving camera changes it smoothly.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::adaptation::Metered;
 use super::ambient_occlusion::around;
@@ -16,6 +15,7 @@ use super::trace_context::TraceContext;
 use crate::scene::Scene;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Columns and rows of the grid of metered points.
 const GRID: [u32; 2] = [24, 16];
@@ -63,13 +63,7 @@ pub(super) fn meter(
     token: &CancelToken,
 ) -> Result<Metered, Cancelled> {
     // Rows are added in their order, so that the sum is the same on any number of threads.
-    let rows: Vec<Sums> = (0..GRID[1])
-        .into_par_iter()
-        .map(|row| {
-            token.check()?;
-            Ok(meter_row(context, lit, request, row))
-        })
-        .collect::<Result<_, Cancelled>>()?;
+    let rows = par_tasks(0..GRID[1], token, |row, _| Ok(meter_row(context, lit, request, row)))?;
     let sums = rows.into_iter().fold(Sums::default(), Sums::plus);
     if sums.points == 0.0 {
         return Ok(Metered::NOTHING);

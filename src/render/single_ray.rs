@@ -3,7 +3,6 @@
 use std::fmt;
 
 use glam::Vec2;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ambient_occlusion::{self, around};
@@ -15,6 +14,7 @@ use super::surface;
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Purpose of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -142,11 +142,8 @@ pub fn rays_of_picture(request: &RenderRequest, kind: RayKind, token: &CancelTok
     }
     let normals = surface::Normals::new(&request.settings, &request.accel.scene, token)?;
     let context = TraceContext::new(request, normals);
-    let rows = (0..request.height_px).into_par_iter().map(|y| {
-        token.check()?;
-        Ok(row_of_rays(&context, request, kind, y))
-    });
-    Ok(rows.collect::<Result<Vec<_>, Cancelled>>()?.concat())
+    let rows = par_tasks(0..request.height_px, token, |y, _| Ok(row_of_rays(&context, request, kind, y)))?;
+    Ok(rows.concat())
 }
 
 /// The rays of one row of pixels.

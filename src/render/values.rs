@@ -1,12 +1,11 @@
 //! Frames whose colours encode values: range, colouring and histogram, without tracing again.
 
-use rayon::prelude::*;
-
 use super::color_map::ColorMap;
 use super::frame::Frame;
 use super::settings::{Background, Shading};
 use super::srgb::Encoder;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Entries of the lookup table from values to colours.
 const TABLE_STEPS: usize = 1023;
@@ -64,8 +63,8 @@ impl Frame {
         let scale = TABLE_STEPS as f32 / (high - low).max(f32::MIN_POSITIVE);
         let (encoder, width, height) = (Encoder::new(), self.width_px as usize, self.height_px as f32);
         let (values, settings) = (&self.values, &self.settings);
-        self.rgba.par_chunks_mut(width).zip(values.par_chunks(width)).enumerate().try_for_each(|(y, (rgba, values))| {
-            token.check()?;
+        let rows = self.rgba.chunks_mut(width).zip(values.chunks(width)).enumerate();
+        par_tasks(rows, token, |(y, (rgba, values)), _| {
             // The background has no depth and keeps its colour.
             let behind = match settings.background {
                 Background::Transparent => [0; 4],
@@ -81,6 +80,7 @@ impl Frame {
             }
             Ok(())
         })
+        .map(drop)
     }
 }
 

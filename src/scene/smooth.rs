@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 use crate::budget::{Budget, OverBudget};
 use crate::vectors::direction;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Triangles, or corners, between two cancellation checks.
 const BATCH: usize = 1 << 15;
@@ -53,26 +53,19 @@ impl CornerNormals {
             let end = corners.min(packed.len() + BATCH);
             packed.resize_with(end, || AtomicU32::new(FLAT));
         }
-        let grid = Grid::around(triangles);
+        let grid = Grid::around(triangles, token)?;
         // Corners with the cell of their position above their index, sorted: those at one point stand together, and those nearby in
         // space follow, most of which are nearby in memory.
-        let sorted: Vec<Vec<u64>> = triangles
-            .par_chunks(BATCH)
-            .enumerate()
-            .map(|(chunk, triangles)| {
-                token.check()?;
-                let points = triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
-                let first = (chunk * BATCH * 3) as u64;
-                let mut keys: Vec<u64> =
-                    points.zip(first..).map(|(point, corner)| key(grid.cell(point), corner)).collect();
-                keys.sort_unstable();
-                Ok(keys)
-            })
-            .collect::<Result<_, Cancelled>>()?;
+        let sorted: Vec<Vec<u64>> = par_tasks(triangles.chunks(BATCH).enumerate(), token, |(chunk, triangles), _| {
+            let points = triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
+            let first = (chunk * BATCH * 3) as u64;
+            let mut keys: Vec<u64> = points.zip(first..).map(|(point, corner)| key(grid.cell(point), corner)).collect();
+            keys.sort_unstable();
+            Ok(keys)
+        })?;
         let cosine = crease_degrees.to_radians().cos();
         let starts = bucket_starts(&sorted);
-        (0..starts.len()).into_par_iter().try_for_each(|bucket| {
-            token.check()?;
+        par_tasks(0..starts.len(), token, |bucket, _| {
             let is_before = |key: u64, bucket: usize| starts.get(bucket).is_none_or(|&start| key >> 32 < start);
             let mut keys = Vec::new();
             for chunk in &sorted {
@@ -107,7 +100,7 @@ fn key(sorted_by: u32, corner: u64) -> u64 {
 fn bucket_starts(sorted: &[Vec<u64>]) -> Vec<u64> {
     let samples = sorted.iter().flat_map(|keys| keys.iter().skip(BATCH / 2).step_by(BATCH));
     let mut starts: Vec<u64> = samples.map(|key| key >> 32).chain([0]).collect();
-    starts.par_sort_unstable();
+    starts.sort_unstable();
     starts.dedup();
     starts
 }
@@ -119,10 +112,13 @@ struct Grid {
 }
 
 impl Grid {
-    fn around(triangles: &[Triangle]) -> Self {
-        let bounds = triangles.par_iter().map(Triangle::bounds).reduce(|| Aabb::EMPTY, |a, b| a.union(&b));
+    fn around(triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        let batches = par_tasks(triangles.chunks(BATCH), token, |batch, _| {
+            Ok(batch.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
+        })?;
+        let bounds = batches.iter().fold(Aabb::EMPTY, |all, batch| all.union(batch));
         let cells_per_unit = bounds.extent().map(|extent| if extent > 0.0 { 1024.0 / extent } else { 0.0 });
-        Self { min: bounds.min, cells_per_unit }
+        Ok(Self { min: bounds.min, cells_per_unit })
     }
 
     /// The code of the cell that a position is in: ten bits of each axis.

@@ -23,7 +23,7 @@ use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 use crate::kernel::simd::dispatch;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};

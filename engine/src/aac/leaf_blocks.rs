@@ -12,7 +12,6 @@ use std::ops::Range;
 
 use bytemuck::Zeroable;
 use fearless_simd::{Select, Simd, SimdBase, f32x8};
-use rayon::prelude::*;
 
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::leaf_order::LeafItems;
@@ -20,7 +19,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::lanes::{Fields, LANES};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 use crate::kernel::simd::dispatch_plain;
 use crate::order::SortedPrimitives;
 
@@ -70,23 +69,17 @@ pub fn leaf_blocks<C: ClusterContainer>(
     token: &CancelToken,
 ) -> Result<SortedPrimitives<C>, Cancelled> {
     let level = SimdLevel::of_builds().level();
-    let fork = token.fork();
-    let tasks = (0..input.len()).into_par_iter().step_by(CHUNK * CHUNKS).map(|first| {
-        fork.task(|token| {
-            token.check()?;
-            let end = input.len().min(first + CHUNK * CHUNKS);
-            let mut blocks =
-                TaskBlocks { containers: Vec::with_capacity(end - first), starts: Vec::with_capacity(end - first) };
-            dispatch_plain!(level, simd => {
-                for start in (first..end).step_by(CHUNK) {
-                    join_chunk(simd, triangles, input, start..end.min(start + CHUNK), &mut blocks);
-                }
-            });
-            Ok(blocks)
-        })
-    });
-    let tasks: Vec<TaskBlocks<C>> = tasks.collect::<Result<_, Cancelled>>()?;
-    fork.join();
+    let tasks = par_tasks((0..input.len()).step_by(CHUNK * CHUNKS), token, |first, _| {
+        let end = input.len().min(first + CHUNK * CHUNKS);
+        let mut blocks =
+            TaskBlocks { containers: Vec::with_capacity(end - first), starts: Vec::with_capacity(end - first) };
+        dispatch_plain!(level, simd => {
+            for start in (first..end).step_by(CHUNK) {
+                join_chunk(simd, triangles, input, start..end.min(start + CHUNK), &mut blocks);
+            }
+        });
+        Ok(blocks)
+    })?;
     let containers = concatenated(tasks.iter().map(|task| &task.containers[..]), token)?;
     let end = [input.len() as u32];
     let starts = concatenated(tasks.iter().map(|task| &task.starts[..]).chain([&end[..]]), token)?;
@@ -105,15 +98,10 @@ fn concatenated<'a, T: Zeroable + Copy + Send + Sync + 'a>(
         (own, remaining) = remaining.split_at_mut(list.len());
         parts.push((list, own));
     }
-    let fork = token.fork();
-    parts.into_par_iter().try_for_each(|(list, own)| {
-        fork.task(|token| {
-            token.check()?;
-            own.copy_from_slice(list);
-            Ok(())
-        })
+    par_tasks(parts, token, |(list, own), _| {
+        own.copy_from_slice(list);
+        Ok(())
     })?;
-    fork.join();
     Ok(all)
 }
 

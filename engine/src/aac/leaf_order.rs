@@ -3,11 +3,9 @@
 
 #![allow(clippy::inline_always, reason = "loops over all leaves call them")]
 
-use rayon::prelude::*;
-
 use crate::aac::cluster::item;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 use crate::tree::statistics::Sums;
 use crate::tree::{Container, Node};
 
@@ -102,18 +100,13 @@ pub fn order_leaves<C: Container>(
         (own, remaining) = remaining.split_at_mut(task.roots.len());
         parts.push((task, own));
     }
-    let fork = token.fork();
-    let order = |task: &mut TaskNodes<C>, root_leaves: &mut [RootLeaves], token: &CancelToken| {
-        token.check()?;
+    let results = par_tasks(parts, token, |(task, root_leaves), _| {
         if sums.is_none() {
             return Ok((order_task::<C, false>(items, task, root_leaves, &mut Sums::default()), None));
         }
         let mut own = Sums::default();
         Ok((order_task::<C, true>(items, task, root_leaves, &mut own), Some(own)))
-    };
-    let results = parts.into_par_iter().map(|(task, root_leaves)| fork.task(|token| order(task, root_leaves, token)));
-    let results: Vec<(u32, Option<Sums>)> = results.collect::<Result<_, Cancelled>>()?;
-    fork.join();
+    })?;
     let max_depth = results.iter().fold(max_depth, |deepest, (depth, _)| deepest.max(*depth));
     if let Some(sums) = sums {
         // In the order of the tasks, so that rounding does not depend on the number of threads.

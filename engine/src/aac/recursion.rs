@@ -8,7 +8,7 @@ use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 use crate::order::SortedPrimitives;
 use crate::settings::BuildSettings;
 use crate::tree::Node;

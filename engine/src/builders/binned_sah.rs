@@ -9,7 +9,7 @@ use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, flatten};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
 

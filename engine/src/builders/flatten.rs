@@ -1,11 +1,9 @@
 //! Flattens the pairs of nodes that top-down builders produce into a tree in depth-first order, siblings together. The
 //! agglomerative builder writes its nodes in place.
 
-use rayon::prelude::*;
-
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 use crate::tree::{Container, Node, Tree};
 
 /// The two children of an interior node during construction. A node's `count` is then the number of primitives below
@@ -95,18 +93,10 @@ pub fn flatten<C: ClusterContainer>(
         skipped = (task.first_node + task.nodes_below()) as usize;
         outputs.push((task, task_nodes, task_primitives));
     }
-    let fork = token.fork();
-    let max_depth = outputs
-        .into_par_iter()
-        .map(|(task, nodes, primitives)| {
-            fork.task(|token| {
-                token.check()?;
-                Ok(write_subtree(task, slots, &primitive_at, nodes, primitives))
-            })
-        })
-        .try_reduce(|| 0, |a, b| Ok(a.max(b)))?;
-    fork.join();
-    Ok(Tree { nodes, primitive_indices, max_depth })
+    let depths = par_tasks(outputs, token, |(task, nodes, primitives), _| {
+        Ok(write_subtree(task, slots, &primitive_at, nodes, primitives))
+    })?;
+    Ok(Tree { nodes, primitive_indices, max_depth: depths.into_iter().max().unwrap_or(0) })
 }
 
 /// Writes everything below `top` and returns the depth of its deepest node.

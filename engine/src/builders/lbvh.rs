@@ -8,7 +8,7 @@ use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, flatten};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::Curve;
 use crate::stage_times::StageTimes;

@@ -5,10 +5,9 @@
 //! larger than the triangle needs and cross a high-level plane of the scene's grid. Builders take the proxies for
 //! triangles; several leaves can then hold the same triangle.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
+use crate::kernel::parallel::par_tasks;
 
 /// Maximum number of additional proxies, as a fraction of the number of triangles.
 const MAX_EXTRA: f64 = 0.1;
@@ -32,38 +31,27 @@ pub struct Presplit {
 
 /// Splits `triangles` into proxies in the same order; `None` if no triangle is worth splitting.
 pub fn presplit(triangles: &[Triangle], token: &CancelToken) -> Result<Option<Presplit>, Cancelled> {
-    let boxes = triangles
-        .par_chunks(BATCH_TRIANGLES)
-        .map(|batch| {
-            token.check()?;
-            Ok(batch.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
-        })
-        .try_reduce(|| Aabb::EMPTY, |a, b| Ok(a.union(&b)))?;
-    let grid = Grid::new(&boxes);
-    let priorities: Vec<Vec<f32>> = triangles
-        .par_chunks(BATCH_TRIANGLES)
-        .map(|batch| token.check().map(|()| batch.iter().map(|triangle| grid.priority(triangle)).collect()))
-        .collect::<Result<_, Cancelled>>()?;
+    let batches = || triangles.chunks(BATCH_TRIANGLES);
+    let boxes = par_tasks(batches(), token, |batch, _| {
+        Ok(batch.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
+    })?;
+    let grid = Grid::new(&boxes.iter().fold(Aabb::EMPTY, |all, batch| all.union(batch)));
+    let priorities: Vec<Vec<f32>> =
+        par_tasks(batches(), token, |batch, _| Ok(batch.iter().map(|triangle| grid.priority(triangle)).collect()))?;
     let budget = (triangles.len() as f64 * MAX_EXTRA) as u64;
     let split_factor = split_factor(&priorities, budget, token)?;
     if split_factor == 0.0 {
         return Ok(None);
     }
-    let batches: Vec<Presplit> = triangles
-        .par_chunks(BATCH_TRIANGLES)
-        .zip(&priorities)
-        .enumerate()
-        .map(|(batch, (triangles, priorities))| {
-            token.check()?;
-            let mut output =
-                Presplit { proxy_triangles: Vec::with_capacity(triangles.len()), source_index: Vec::new() };
-            for (position, (triangle, &priority)) in triangles.iter().zip(priorities).enumerate() {
-                grid.split(triangle, split_count(priority, split_factor), &mut output.proxy_triangles);
-                output.source_index.resize(output.proxy_triangles.len(), (batch * BATCH_TRIANGLES + position) as u32);
-            }
-            Ok(output)
-        })
-        .collect::<Result<_, Cancelled>>()?;
+    let tasks = batches().zip(&priorities).enumerate();
+    let batches = par_tasks(tasks, token, |(batch, (triangles, priorities)), _| {
+        let mut output = Presplit { proxy_triangles: Vec::with_capacity(triangles.len()), source_index: Vec::new() };
+        for (position, (triangle, &priority)) in triangles.iter().zip(priorities).enumerate() {
+            grid.split(triangle, split_count(priority, split_factor), &mut output.proxy_triangles);
+            output.source_index.resize(output.proxy_triangles.len(), (batch * BATCH_TRIANGLES + position) as u32);
+        }
+        Ok(output)
+    })?;
     token.check()?;
     let count = batches.iter().map(|output| output.source_index.len()).sum();
     let mut all = Presplit { proxy_triangles: Vec::with_capacity(count), source_index: Vec::with_capacity(count) };
@@ -89,11 +77,10 @@ fn split_factor(priorities: &[Vec<f32>], budget: u64, token: &CancelToken) -> Re
     // Rounding down loses up to one split per triangle, so the factor can far exceed the quotient.
     let (mut low, mut high) = (0.0, 64.0 * budget as f64 / total);
     for _ in 0..24 {
-        token.check()?;
         let middle = 0.5 * (low + high);
         let of_batch = |batch: &Vec<f32>| batch.iter().map(|&p| u64::from(split_count(p, middle))).sum::<u64>();
-        let sum: u64 = priorities.par_iter().map(of_batch).sum();
-        if sum <= budget { low = middle } else { high = middle }
+        let sums = par_tasks(priorities, token, |batch, _| Ok(of_batch(batch)))?;
+        if sums.iter().sum::<u64>() <= budget { low = middle } else { high = middle }
     }
     Ok(low)
 }

@@ -9,7 +9,7 @@ use crate::builders::prepared::PreparedInput;
 use crate::builders::{BuildError, StageTimes, check_size};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Sphere, Triangle};
-use crate::kernel::par_collect::par_collect;
+use crate::kernel::parallel::par_collect;
 use crate::order::{CODE_BITS, CellBox, CurveGrid, SortedPrimitives, input_bounds, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};
 use crate::tree::ContainerKind;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::aac::{Recursion, ReductionStep};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::{Container, Tree};
 
 /// Nodes between two polls for cancellation.

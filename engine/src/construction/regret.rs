@@ -16,7 +16,7 @@ use crate::builders::binned_sah::{BuildPrimitive, best_split};
 use crate::builders::exact::agglomerate;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::node_metrics::own_cost;
 use crate::tree::statistics::INTERSECTION_COST;
 use crate::tree::{AnyTree, Node, Tree, with_built_tree};

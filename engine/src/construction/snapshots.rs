@@ -2,7 +2,7 @@
 //! stored. Those of a step in between are among the stored ones and those made since.
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 use crate::order::radix_sort;
 
 /// Maximum number of clusters that are asked for.

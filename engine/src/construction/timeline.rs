@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 use crate::order::radix_sort;
 use crate::tree::{AnyTree, Container, Tree};
 use crate::with_tree;

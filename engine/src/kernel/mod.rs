@@ -1,4 +1,4 @@
-//! Low-level helpers of the whole engine: SIMD levels and lanes, bit sets, forks, parallel collection, prefetching. Knows nothing of
+//! Low-level helpers of the whole engine: SIMD levels and lanes, bit sets, forks, parallel tasks and lists, prefetching. Knows nothing of
 //! trees and rays.
 
 pub(crate) mod bits;
@@ -6,10 +6,9 @@ mod each;
 pub mod fork;
 pub(crate) mod lanes;
 pub(crate) mod mix;
-pub(crate) mod par_collect;
+pub mod parallel;
 pub(crate) mod prefetch;
 pub(crate) mod simd;
 
 pub(crate) use each::each;
-pub use par_collect::par_collect;
 pub use simd::SimdLevel;

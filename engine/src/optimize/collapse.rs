@@ -2,10 +2,9 @@
 //! Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987). Writes the nodes in depth-first order,
 //! from any order in which earlier passes left them.
 
-use rayon::prelude::*;
-
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::{par_tasks, par_tasks_with};
 use crate::kernel::prefetch::{prefetch, prefetch_pair};
 use crate::optimize::partition::{MAX_SUBTREE_NODES, PartitionNode, partition, subdivide};
 use crate::optimize::sah::{leaf_cost, node_or_leaf_cost};
@@ -23,13 +22,13 @@ pub fn collapse_in_order<C: ClusterContainer>(
     let mut subtrees: Vec<CollapsedSubtree<C>> = Vec::new();
     while subtrees.len() < partition.len() {
         let shared_tree = &*tree;
-        let batch = partition[subtrees.len()..].par_iter().map_init(Vec::new, |list, task| {
-            token.check()?;
+        let tasks = &partition[subtrees.len()..];
+        let batch = par_tasks_with(tasks, token, Vec::new, |list, task, _| {
             let collapsed =
                 (task.children == 0).then(|| CollapsedSubtree::new(shared_tree, task.node, collapses, list));
             Ok(collapsed.unwrap_or_else(|| Some(CollapsedSubtree::default())))
-        });
-        for subtree in batch.collect::<Result<Vec<_>, _>>()? {
+        })?;
+        for subtree in batch {
             if subtree.is_none() {
                 subdivide(&mut partition, &tree.nodes, subtrees.len());
             }
@@ -231,8 +230,7 @@ fn assemble<C: ClusterContainer>(
         (remaining_nodes, remaining_primitives) = (other_nodes, other_primitives);
         outputs.push((subtree, first_node + top_len, first_primitive, own_nodes, own_primitives));
     }
-    outputs.into_par_iter().try_for_each(|(subtree, first_node, first_primitive, nodes, primitives)| {
-        token.check()?;
+    par_tasks(outputs, token, |(subtree, first_node, first_primitive, nodes, primitives), _| {
         for (to, from) in nodes.iter_mut().zip(&subtree.nodes[1..]) {
             *to = Node { first: from.first + if from.count > 0 { first_primitive } else { first_node - 1 }, ..*from };
         }

@@ -3,7 +3,7 @@
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Extremes, OrientedBox, Triangle, intervals};
-use crate::kernel::par_collect::{par_collect, par_collect_in_chunks, zeros};
+use crate::kernel::parallel::{par_collect, par_collect_in_chunks, zeros};
 use crate::tree::{AnyTree, Node, Tree};
 
 /// Nodes between two polls for cancellation.

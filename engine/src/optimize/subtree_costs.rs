@@ -1,10 +1,8 @@
 //! Costs of all subtrees, bottom-up, and leaf collapse (Goldsmith, Salmon, *Automatic Creation of Object Hierarchies
 //! for Ray Tracing*, 1987).
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 use crate::optimize::sah::{leaf_cost, node_or_leaf_cost};
 use crate::tree::{Container, Node};
 
@@ -33,9 +31,8 @@ pub fn subtree_costs<C: Container>(
     let mut costs: Vec<SubtreeCost> = zeros(nodes.len(), token)?;
     // Chunks backwards and independently: most children are near their parents, and those in later chunks are handled
     // below.
-    let chunks = nodes.par_chunks_mut(CHUNK_NODES).zip(costs.par_chunks_mut(CHUNK_NODES)).enumerate();
-    let chunks = chunks.map(|(chunk, (nodes, costs))| {
-        token.check()?;
+    let chunks = nodes.chunks_mut(CHUNK_NODES).zip(costs.chunks_mut(CHUNK_NODES)).enumerate();
+    let chunks = par_tasks(chunks, token, |(chunk, (nodes, costs)), _| {
         let offset = chunk * CHUNK_NODES;
         let (mut pending, mut cost) = (Vec::new(), 0.0);
         for index in (0..nodes.len()).rev() {
@@ -52,8 +49,7 @@ pub fn subtree_costs<C: Container>(
             }
         }
         Ok((pending, cost))
-    });
-    let chunks: Vec<(Vec<usize>, f64)> = chunks.collect::<Result<_, _>>()?;
+    })?;
     for &index in chunks.iter().rev().flat_map(|(pending, _)| pending) {
         let first = nodes[index].first as usize;
         costs[index] = collapse_node(nodes, 0, index, [costs[first], costs[first + 1]], collapses);

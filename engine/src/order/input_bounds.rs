@@ -2,15 +2,14 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Simd, SimdBase, f32x4};
-use glam::Vec3;
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::SimdLevel;
+use crate::kernel::parallel::par_tasks;
 use crate::kernel::simd::dispatch_plain;
 use crate::order::primitive_container::corners_of_box;
+use fearless_simd::{Simd, SimdBase, f32x4};
+use glam::Vec3;
 
 /// Triangles per task.
 const BATCH: usize = 8192;
@@ -27,18 +26,11 @@ pub struct InputBounds {
 /// Computes the bounds of `triangles` in the calling thread's rayon pool.
 pub fn input_bounds(triangles: &[Triangle], token: &CancelToken) -> Result<InputBounds, Cancelled> {
     let level = SimdLevel::of_builds().level();
-    let empty = || [Aabb::EMPTY; 2];
-    let fork = token.fork();
-    let [corners, sums] = triangles
-        .par_chunks(BATCH)
-        .map(|batch| {
-            fork.task(|token| {
-                token.check()?;
-                Ok(dispatch_plain!(level, simd => bounds_of_batch(simd, batch)))
-            })
-        })
-        .try_reduce(empty, |a, b| Ok([a[0].union(&b[0]), a[1].union(&b[1])]))?;
-    fork.join();
+    let batches = par_tasks(triangles.chunks(BATCH), token, |batch, _| {
+        Ok(dispatch_plain!(level, simd => bounds_of_batch(simd, batch)))
+    })?;
+    let [corners, sums] =
+        batches.iter().fold([Aabb::EMPTY; 2], |all, batch| [all[0].union(&batch[0]), all[1].union(&batch[1])]);
     Ok(InputBounds {
         centroids: Aabb { min: sums.min * 0.5, max: sums.max * 0.5 },
         max_coordinate: corners.min.abs().max(corners.max.abs()).max_element(),

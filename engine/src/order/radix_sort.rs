@@ -5,10 +5,8 @@
 
 use std::slice::IterMut;
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 
 /// Maximum bits of the digit by which large ranges are scattered.
 const MAX_LEADING_DIGIT_BITS: u32 = 10;
@@ -65,8 +63,7 @@ fn sort_range(
     let digit = |key: u64| (key >> shift) as usize & (buckets - 1);
     // Histogram: how often each digit occurs in each chunk.
     let chunk_len = keys.len().div_ceil(MAX_CHUNKS).max(MIN_CHUNK);
-    let fork = token.fork();
-    let histogram_of = |chunk: &[u64], token: &CancelToken| {
+    let histograms: Vec<Vec<usize>> = par_tasks(keys.chunks(chunk_len), token, |chunk, token| {
         let mut histogram = vec![0; buckets];
         for keys in chunk.chunks(KEYS_PER_CHECK) {
             token.check()?;
@@ -75,12 +72,7 @@ fn sort_range(
             }
         }
         Ok(histogram)
-    };
-    let histograms: Vec<Vec<usize>> = keys
-        .par_chunks(chunk_len)
-        .map(|chunk| fork.task(|token| histogram_of(chunk, token)))
-        .collect::<Result<_, Cancelled>>()?;
-    fork.join();
+    })?;
     let sizes: Vec<usize> =
         (0..buckets).map(|bucket| histograms.iter().map(|histogram| histogram[bucket]).sum()).collect();
     // All keys have the same digit: nothing moves.
@@ -99,8 +91,7 @@ fn sort_range(
         }
     }
     // Scatter: each chunk writes its keys to its own part of each bucket.
-    let fork = token.fork();
-    let scatter = |chunk: &[u64], mut output: Vec<IterMut<u64>>, token: &CancelToken| {
+    par_tasks(keys.chunks(chunk_len).zip(outputs), token, |(chunk, mut output), token| {
         for keys in chunk.chunks(KEYS_PER_CHECK) {
             token.check()?;
             for &key in keys {
@@ -110,10 +101,7 @@ fn sort_range(
             }
         }
         Ok(())
-    };
-    let chunks = keys.par_chunks(chunk_len).zip(outputs);
-    chunks.try_for_each(|(chunk, output)| fork.task(|token| scatter(chunk, output, token)))?;
-    fork.join();
+    })?;
     // Sort each bucket by the remaining bits.
     let (mut keys, mut scratch) = (keys, scratch);
     let mut parts = Vec::with_capacity(buckets);
@@ -123,10 +111,7 @@ fn sort_range(
         (own_scratch, scratch) = scratch.split_at_mut(size);
         parts.push((own_scratch, own_keys));
     }
-    let fork = token.fork();
-    parts
-        .into_par_iter()
-        .try_for_each(|(keys, scratch)| fork.task(|token| sort_range(keys, scratch, shift, !to_scratch, token)))
+    par_tasks(parts, token, |(keys, scratch), token| sort_range(keys, scratch, shift, !to_scratch, token)).map(drop)
 }
 
 /// [`sort_range`] by one thread, in place.

@@ -8,13 +8,12 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
-use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::lanes::LANES;
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, par_tasks, zeros};
 use crate::kernel::prefetch::{prefetch, prefetch_whole};
 use crate::kernel::simd::dispatch_plain;
 use crate::order::curve::CurveGrid;
@@ -66,23 +65,14 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     let mut cached: Vec<C::CachedBounds> = zeros(triangles.len(), token)?;
     let mut keys = zeros(triangles.len(), token)?;
     let level = SimdLevel::of_builds().level();
-    let fork = token.fork();
-    triangles
-        .par_chunks(BATCH)
-        .zip(cached.par_chunks_mut(BATCH))
-        .zip(keys.par_chunks_mut(BATCH))
-        .enumerate()
-        .try_for_each(|(batch, ((triangles, cached), keys))| {
-            fork.task(|token| {
-                token.check()?;
-                dispatch_plain!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
-                for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
-                    *key = (*key >> code_shift) << index_bits | index as u64;
-                }
-                Ok(())
-            })
-        })?;
-    fork.join();
+    let batches = triangles.chunks(BATCH).zip(cached.chunks_mut(BATCH)).zip(keys.chunks_mut(BATCH)).enumerate();
+    par_tasks(batches, token, |(batch, ((triangles, cached), keys)), _| {
+        dispatch_plain!(level, simd => codes_of_batch::<C, _>(simd, &grid, triangles, cached, keys));
+        for (key, index) in keys.iter_mut().zip(batch * BATCH..) {
+            *key = (*key >> code_shift) << index_bits | index as u64;
+        }
+        Ok(())
+    })?;
     times.stages.push(("codes", start.elapsed()));
     token.check()?;
 
@@ -99,7 +89,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
         blocks: Vec::new(),
         starts: Vec::new(),
     };
-    let crowded = order.crowded_cells(token);
+    let crowded = order.crowded_cells(token)?;
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
     }
@@ -221,21 +211,17 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
     }
 
     /// Ranges of more than [`MAX_CELL_PRIMITIVES`] primitives with the same packed code, in order.
-    fn crowded_cells(&self, token: &CancelToken) -> Vec<Range<usize>> {
+    fn crowded_cells(&self, token: &CancelToken) -> Result<Vec<Range<usize>>, Cancelled> {
         let code = |position: usize| self.keys[position] >> self.index_bits;
         // Samples half a crowd apart cannot both miss one.
         let step = MAX_CELL_PRIMITIVES / 2;
         let samples = self.keys.len().saturating_sub(1) / step;
-        let fork = token.fork();
-        let hits: Vec<usize> = (0..samples)
-            .into_par_iter()
-            .with_min_len(BATCH)
-            .map_init(|| fork.part_of_loop(samples / BATCH), |_, sample| sample * step)
-            .filter(|&position| code(position) == code(position + step))
-            .collect();
-        fork.join();
+        let hits: Vec<Vec<usize>> = par_tasks((0..samples).step_by(BATCH), token, |first, _| {
+            let positions = (first..samples.min(first + BATCH)).map(|sample| sample * step);
+            Ok(positions.filter(|&position| code(position) == code(position + step)).collect())
+        })?;
         let mut cells: Vec<Range<usize>> = Vec::new();
-        for position in hits {
+        for position in hits.into_iter().flatten() {
             if cells.last().is_none_or(|last| last.end <= position) {
                 let same = |other: &u64| other >> self.index_bits == code(position);
                 let start = position - self.keys[..position].iter().rev().take_while(|key| same(key)).count();
@@ -244,7 +230,7 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
             }
         }
         cells.retain(|cell| cell.len() > MAX_CELL_PRIMITIVES);
-        cells
+        Ok(cells)
     }
 
     /// Sorts the primitives of the `crowded` cells by the trailing bits of their codes.
@@ -267,35 +253,26 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
             passed = cell.end;
             cells.push((own_keys, own_codes));
         }
-        let fork = token.fork();
-        let sort_cell = |keys: &mut [u64], codes: &mut [u64], token: &CancelToken| {
-            token.check()?;
+        par_tasks(cells, token, |(keys, codes), token| {
             let cell = keys[0] & !index_mask;
             // Keys of the same primitives with the trailing instead of the leading bits of their codes.
-            let parts = keys.len() / BATCH;
-            let codes_fork = token.fork();
-            keys.par_iter_mut().with_min_len(BATCH).for_each_init(
-                || codes_fork.part_of_loop(parts),
-                |_, key| {
+            par_tasks(keys.chunks_mut(BATCH), token, |keys, _| {
+                for key in keys {
                     let primitive = (*key & index_mask) as usize;
                     let triangle = &triangles[primitive];
                     let code = grid.code(C::from_cached(&cached[primitive], triangle).centroid(), triangle);
                     *key = (code & !(u64::MAX << code_shift)) << index_bits | primitive as u64;
-                },
-            );
-            codes_fork.join();
+                }
+                Ok(())
+            })?;
             radix_sort_with(keys, codes, code_shift + index_bits, token)?;
-            let keys_fork = token.fork();
-            let pairs = keys.par_iter_mut().zip(codes).with_min_len(BATCH);
-            pairs.for_each_init(
-                || keys_fork.part_of_loop(parts),
-                |_, (key, code)| {
+            par_tasks(keys.chunks_mut(BATCH).zip(codes.chunks_mut(BATCH)), token, |(keys, codes), _| {
+                for (key, code) in keys.iter_mut().zip(codes) {
                     (*code, *key) = (*key >> index_bits, cell | *key & index_mask);
-                },
-            );
-            keys_fork.join();
-            Ok(())
-        };
-        cells.into_par_iter().try_for_each(|(keys, codes)| fork.task(|token| sort_cell(keys, codes, token)))
+                }
+                Ok(())
+            })
+        })
+        .map(drop)
     }
 }

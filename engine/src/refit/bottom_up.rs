@@ -5,11 +5,10 @@
 
 #![allow(clippy::inline_always, reason = "called for each node")]
 
-use rayon::prelude::*;
-
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::parallel::par_tasks_with;
 use crate::kernel::prefetch::prefetch_whole;
 use crate::tree::{Container, Node, Tree};
 
@@ -88,15 +87,10 @@ pub(super) fn fit<C: ClusterContainer>(
     let leaves = Leaves { triangles, indices: &tree.primitive_indices, keep: &keep };
     let nodes = &mut tree.nodes[..];
     let Some((_, below_root)) = nodes.split_first_mut() else { return Ok(()) };
-    let fork = token.fork();
-    let chunks = below_root.par_chunks_mut(CHUNK).enumerate().map_init(Lists::default, |lists, (chunk, nodes)| {
-        fork.task(|token| {
-            token.check()?;
-            Ok(lists.fit(nodes, 1 + chunk * CHUNK, &leaves, interior))
-        })
-    });
-    let pending: Vec<Vec<u32>> = chunks.collect::<Result<_, Cancelled>>()?;
-    fork.join();
+    let chunks = below_root.chunks_mut(CHUNK).enumerate();
+    let pending = par_tasks_with(chunks, token, Lists::default, |lists, (chunk, nodes), _| {
+        Ok(lists.fit(nodes, 1 + chunk * CHUNK, &leaves, interior))
+    })?;
     for (at, &index) in pending.iter().rev().flatten().enumerate() {
         if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
             token.check()?;

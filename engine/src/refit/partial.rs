@@ -2,14 +2,13 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::bottom_up::{FitInterior as _, ToChildren, fit};
 use super::on_boxes::on_boxes;
 use crate::aac::ClusterContainer;
 use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::parallel::par_tasks;
 use crate::optimize::subtree_costs;
 use crate::settings::{BuildSettings, Pass};
 use crate::tree::{AnyTree, Node, Tree, with_built_tree};
@@ -94,23 +93,20 @@ fn rebuild_grown<C: ClusterContainer>(
     assert_eq!(tree.nodes.len(), built.0.len(), "the costs are those of another tree");
     fit(tree, triangles, |_, fitted| fitted, &ToChildren, token)?;
     let grown = grown_subtrees(tree, &built.0, grown, token)?;
-    let fork = token.fork();
-    let parts = grown.par_iter().map(|&(node, count)| {
-        fork.task(|token| {
-            // In the order of the list, so that a rebuilt root is the tree that a build makes.
-            let mut sources = slots_below(tree, node, count).to_vec();
-            sources.sort_unstable();
-            // Split triangles have several slots.
-            sources.dedup();
-            let own: Vec<Triangle> = sources.iter().map(|&index| triangles[index as usize]).collect();
-            let mut part = build(&own, token)?;
-            part.primitive_indices.iter_mut().for_each(|index| *index = sources[*index as usize]);
-            let costs = relative_costs(&mut part, token)?;
-            Ok(Part { tree: part, costs })
-        })
-    });
-    let parts: Vec<Part<C>> = parts.collect::<Result<_, BuildError>>()?;
-    fork.join();
+    let rebuild = |node: u32, count: u32, token: &CancelToken| {
+        // In the order of the list, so that a rebuilt root is the tree that a build makes.
+        let mut sources = slots_below(tree, node, count).to_vec();
+        sources.sort_unstable();
+        // Split triangles have several slots.
+        sources.dedup();
+        let own: Vec<Triangle> = sources.iter().map(|&index| triangles[index as usize]).collect();
+        let mut part = build(&own, token)?;
+        part.primitive_indices.iter_mut().for_each(|index| *index = sources[*index as usize]);
+        let costs = relative_costs(&mut part, token)?;
+        Ok(Part { tree: part, costs })
+    };
+    let parts = par_tasks(&grown, token, |&(node, count), token| Ok(rebuild(node, count, token)))?;
+    let parts: Vec<Part<C>> = parts.into_iter().collect::<Result<_, BuildError>>()?;
     if !parts.is_empty() {
         let places: HashMap<u32, usize> = grown.iter().map(|&(node, _)| node).zip(0..).collect();
         (*tree, built.0) = assemble(tree, &built.0, &parts, &places, token)?;

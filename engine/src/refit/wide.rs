@@ -1,9 +1,8 @@
 //! Refitting of the wide tree: its blocks get the moved triangles, its lanes the containers of the binary nodes that they stand for.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
+use crate::kernel::parallel::par_tasks;
 use crate::tree::ancestry::Ancestry;
 use crate::tree::{AnyTree, Tree};
 use crate::wide::{AnyWideTree, Child, CompactBounds, LeafRange, Sources, WideContainer, WideNode, WideTree};
@@ -155,15 +154,7 @@ impl WideRefit {
             (own, values) = values.split_at_mut(crate::wide::layout::VALUES * count as usize);
             parts.push((leaves, own));
         }
-        let fork = token.fork();
-        parts.into_par_iter().try_for_each(|(leaves, part)| {
-            fork.task(|token| {
-                token.check()?;
-                sources.write(leaves, leaves[0].first, part, token)
-            })
-        })?;
-        fork.join();
-        Ok(())
+        par_tasks(parts, token, |(leaves, part), token| sources.write(leaves, leaves[0].first, part, token)).map(drop)
     }
 }
 
@@ -233,15 +224,9 @@ fn fit_nodes<B: Send>(
     fit: impl Fn(&mut B, &[u32; WIDTH]) + Sync,
 ) -> Result<(), Cancelled> {
     assert_eq!(nodes.len(), lanes.len(), "the lanes are those of another tree");
-    let fork = token.fork();
-    let tasks = nodes.par_chunks_mut(NODES_PER_TASK).zip(lanes.par_chunks(NODES_PER_TASK));
-    tasks.try_for_each(|(nodes, lanes)| {
-        fork.task(|token| {
-            token.check()?;
-            nodes.iter_mut().zip(lanes).for_each(|(node, lanes)| fit(&mut node.bounds, lanes));
-            Ok(())
-        })
-    })?;
-    fork.join();
-    Ok(())
+    par_tasks(nodes.chunks_mut(NODES_PER_TASK).zip(lanes.chunks(NODES_PER_TASK)), token, |(nodes, lanes), _| {
+        nodes.iter_mut().zip(lanes).for_each(|(node, lanes)| fit(&mut node.bounds, lanes));
+        Ok(())
+    })
+    .map(drop)
 }

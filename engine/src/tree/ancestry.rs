@@ -2,7 +2,7 @@
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 
 use super::container::Container;
 use super::node::{Node, Tree};

@@ -2,9 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 
 /// Nodes per task and between two polls for cancellation.
 const NODES_PER_TASK: usize = 1 << 14;
@@ -34,21 +33,17 @@ pub fn largest_nodes(
     // Keys below this one are not among the largest: some task has found `count` larger ones.
     let threshold = AtomicU64::new(0);
     let tasks = node_count.div_ceil(NODES_PER_TASK);
-    let parts: Vec<Vec<u64>> = (0..tasks)
-        .into_par_iter()
-        .map(|task| {
-            token.check()?;
-            let nodes = task * NODES_PER_TASK..node_count.min((task + 1) * NODES_PER_TASK);
-            let least = threshold.load(Ordering::Relaxed);
-            let keyed = nodes.map(|node| (node as u32, value(node as u32))).filter(|(_, value)| !value.is_nan());
-            let mut keys: Vec<u64> = keyed.map(|(node, value)| key(value, node)).filter(|&key| key >= least).collect();
-            keep_largest(&mut keys, count);
-            if keys.len() == count {
-                threshold.fetch_max(keys.iter().copied().min().unwrap_or(0), Ordering::Relaxed);
-            }
-            Ok(keys)
-        })
-        .collect::<Result<_, Cancelled>>()?;
+    let parts: Vec<Vec<u64>> = par_tasks(0..tasks, token, |task, _| {
+        let nodes = task * NODES_PER_TASK..node_count.min((task + 1) * NODES_PER_TASK);
+        let least = threshold.load(Ordering::Relaxed);
+        let keyed = nodes.map(|node| (node as u32, value(node as u32))).filter(|(_, value)| !value.is_nan());
+        let mut keys: Vec<u64> = keyed.map(|(node, value)| key(value, node)).filter(|&key| key >= least).collect();
+        keep_largest(&mut keys, count);
+        if keys.len() == count {
+            threshold.fetch_max(keys.iter().copied().min().unwrap_or(0), Ordering::Relaxed);
+        }
+        Ok(keys)
+    })?;
     token.check()?;
     let least = threshold.into_inner();
     let mut keys: Vec<u64> = parts.into_iter().flatten().filter(|&key| key >= least).collect();

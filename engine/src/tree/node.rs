@@ -3,11 +3,9 @@
 use std::any::Any;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, area_scale};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, par_tasks, zeros};
 
 use super::container::{Container, ContainerKind};
 
@@ -225,17 +223,11 @@ impl<C: Container> Tree<C> {
 
     /// Whether each interior node has two children. Takes a pass over the tree, on all threads.
     pub fn is_binary(&self, token: &CancelToken) -> Result<bool, Cancelled> {
-        let has_other_arity = |nodes: &[Node<C>], token: &CancelToken| -> Result<bool, Cancelled> {
-            token.check()?;
+        let bits = par_tasks(self.nodes.chunks(NODES_BETWEEN_CHECKS), token, |nodes, _| {
             // Without branches: leaves have their number of primitives, interior nodes with two children 0.
-            Ok(nodes.iter().fold(0, |bits, node| bits | node.count) & OTHER_ARITY != 0)
-        };
-        let fork = token.fork();
-        let chunks = self.nodes.par_chunks(NODES_BETWEEN_CHECKS);
-        let chunks = chunks.map(|nodes| fork.task(|token| has_other_arity(nodes, token)));
-        let other = chunks.find_any(|chunk| !matches!(chunk, Ok(false)));
-        fork.join();
-        other.unwrap_or(Ok(false)).map(|has_other_arity| !has_other_arity)
+            Ok(nodes.iter().fold(0, |bits, node| bits | node.count))
+        })?;
+        Ok(bits.iter().all(|bits| bits & OTHER_ARITY == 0))
     }
 
     /// Bytes of nodes and primitive indices.

@@ -1,7 +1,7 @@
 //! Metrics of single nodes: shares of area and of SAH cost, empty space, overlap of the children.
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 
 use super::container::Container;
 use super::node::{Node, Tree};

@@ -1,8 +1,7 @@
 //! Statistics of a finished tree: counts, depths, leaf sizes, children per node, SAH cost.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 use crate::kernel::prefetch::prefetch;
 use crate::with_tree;
 
@@ -222,19 +221,16 @@ pub(crate) fn stats_of<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Res
         sums.add_depth(tree, &mut pairs, depth, token)?;
         depth += 1;
     }
-    let parts: Vec<Sums> = pairs
-        .par_chunks(SUBTREES_AT_ONCE)
-        .map(|pairs| {
-            let (mut sums, mut pairs) = (Sums::default(), pairs.to_vec());
-            for depth in depth.. {
-                if pairs.is_empty() || sums.has_other_arity {
-                    break;
-                }
-                sums.add_depth(tree, &mut pairs, depth, token)?;
+    let parts: Vec<Sums> = par_tasks(pairs.chunks(SUBTREES_AT_ONCE), token, |pairs, token| {
+        let (mut sums, mut pairs) = (Sums::default(), pairs.to_vec());
+        for depth in depth.. {
+            if pairs.is_empty() || sums.has_other_arity {
+                break;
             }
-            Ok(sums)
-        })
-        .collect::<Result<_, Cancelled>>()?;
+            sums.add_depth(tree, &mut pairs, depth, token)?;
+        }
+        Ok(sums)
+    })?;
     let sums = parts.iter().fold(sums, Sums::plus);
     let sums = if sums.has_other_arity { Sums::of_any_arity(tree, token)? } else { sums };
     Ok(sums.into_stats(tree))

@@ -2,7 +2,7 @@
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::mix::mix64;
-use crate::kernel::par_collect::{par_collect_in_chunks, zeros};
+use crate::kernel::parallel::{par_collect_in_chunks, zeros};
 
 use super::container::Container;
 use super::node::Tree;
@@ -47,12 +47,7 @@ pub fn surviving_nodes<A: Container, B: Container>(
     other: &Tree<B>,
     token: &CancelToken,
 ) -> Result<Survival, Cancelled> {
-    let sets = primitive_sets(tree, token)?;
-    let others = SetTable::new(primitive_sets(other, token)?, token)?;
-    let partners = par_collect_in_chunks(sets.len(), STEPS_BETWEEN_CHECKS, token, |node| {
-        others.find(sets[node]).unwrap_or(NO_NODE)
-    })?;
-    others.free(token)?;
+    let partners = partners(&primitive_sets(tree, token)?, primitive_sets(other, token)?, token)?;
     let mut survival = Survival { partners, ..Survival::default() };
     for (index, node) in tree.nodes.iter().enumerate() {
         if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
@@ -63,6 +58,16 @@ pub fn surviving_nodes<A: Container, B: Container>(
         survival.interior += usize::from(survives && !node.is_leaf());
     }
     Ok(survival)
+}
+
+/// For each of `sets` the index of the same one among `others`, or [`NO_NODE`].
+fn partners(sets: &[PrimitiveSet], others: Vec<PrimitiveSet>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
+    let others = SetTable::new(others, token)?;
+    let partners = par_collect_in_chunks(sets.len(), STEPS_BETWEEN_CHECKS, token, |node| {
+        others.find(sets[node]).unwrap_or(NO_NODE)
+    })?;
+    others.free(token)?;
+    Ok(partners)
 }
 
 /// A set of primitives by its hash and its size.

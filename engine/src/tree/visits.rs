@@ -2,11 +2,9 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Ray;
-use crate::kernel::par_collect;
+use crate::kernel::parallel::{par_collect, par_tasks};
 
 use super::container::Container;
 use super::node::Tree;
@@ -94,8 +92,7 @@ pub fn measure_visits<C: Container>(
 ) -> Result<Visits, Cancelled> {
     let counts = par_collect(tree.nodes.len(), token, |_| AtomicU32::new(0))?;
     let done = AtomicU64::new(0);
-    (0..ray_count.div_ceil(RAYS_PER_TASK)).into_par_iter().try_for_each(|task| {
-        token.check()?;
+    par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
         let mut counter = VisitCounter::new(&counts);
         let first = task * RAYS_PER_TASK;
         let rays = RAYS_PER_TASK.min(ray_count - first);

@@ -6,7 +6,7 @@ use super::bounds::FileContainer;
 use super::error::TreeFileError;
 use super::links::{Links, Steps};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::{Node, Tree};
 
 /// A tree in our order.

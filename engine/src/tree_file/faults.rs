@@ -1,14 +1,12 @@
 //! Faults of a tree that can be shown all the same.
 
-use rayon::prelude::*;
-
 use super::arrays::{Arrays, Rows};
 use super::bounds::{FileContainer, is_usable};
 use super::error::TreeFileError;
 use super::links::{Links, STEPS_BETWEEN_CHECKS, Set, Steps};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
-use crate::kernel::par_collect::par_collect;
+use crate::kernel::parallel::{par_collect, par_tasks};
 use crate::order::radix_sort;
 use crate::tree::Tree;
 use crate::tree::validate::containment_slack;
@@ -169,15 +167,13 @@ fn in_chunks<C: FileContainer>(
 ) -> Result<Found, Cancelled> {
     let count = tree.nodes.len() as u32;
     let chunks = count.div_ceil(STEPS_BETWEEN_CHECKS);
-    let parts = (0..chunks).into_par_iter().map(|chunk| {
-        token.check()?;
+    let parts = par_tasks(0..chunks, token, |chunk, token| {
         let (mut found, mut steps) = (Found::default(), Steps::silent(token));
         let first = chunk.saturating_mul(STEPS_BETWEEN_CHECKS);
         (first..first.saturating_add(STEPS_BETWEEN_CHECKS).min(count))
             .try_for_each(|node| look(node, &mut found, &mut steps))?;
         Ok(found)
-    });
-    let parts: Vec<Found> = parts.collect::<Result<_, Cancelled>>()?;
+    })?;
     let mut all = Found::default();
     for part in parts {
         token.check()?;

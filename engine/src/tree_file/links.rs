@@ -3,7 +3,7 @@
 use super::arrays::Arrays;
 use super::error::TreeFileError;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::kernel::par_collect::{par_collect, zeros};
+use crate::kernel::parallel::{par_collect, zeros};
 
 /// Steps between two polls for cancellation: nodes and indices of leaves.
 pub(super) const STEPS_BETWEEN_CHECKS: u32 = 1 << 15;

@@ -9,7 +9,7 @@ use super::bounds::FileContainer;
 use super::header::Header;
 use super::links::Steps;
 use crate::cancel::CancelToken;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::zeros;
 use crate::tree::{AnyTree, ContainerKind, Tree};
 use crate::with_tree;
 

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::colors::diverging;
 use crate::render::{ColorMap, Frame, RenderSettings, Shading, nth_smallest};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::kernel::parallel::par_collect;
 
 /// The part of all pixels whose differences lie within the range of the colours.
 const PERCENTILE: f64 = 0.99;
@@ -34,9 +33,8 @@ impl DifferenceMap {
         if !matches!(a.settings.shading, Shading::Heat(_)) || !shows_same_rays(a, b) || a.values.is_empty() {
             return Ok(None);
         }
-        let values: Vec<f32> = a.values.par_iter().zip(&b.values).map(|(a, b)| b - a).collect();
-        token.check()?;
-        let magnitudes: Vec<f32> = values.par_iter().map(|value| value.abs()).collect();
+        let values = par_collect(a.values.len(), token, |pixel| b.values[pixel] - a.values[pixel])?;
+        let magnitudes = par_collect(values.len(), token, |pixel| values[pixel].abs())?;
         let rank = ((magnitudes.len() - 1) as f64 * PERCENTILE).round() as usize;
         let limit = nth_smallest(&magnitudes, rank, token)?.max(1.0);
         drop(magnitudes);
@@ -47,11 +45,10 @@ impl DifferenceMap {
                 [r, g, b, 255]
             })
             .collect();
+        let color = |value: f32| table[((value / limit).clamp(-1.0, 1.0) * middle + middle).round() as usize];
+        let rgba = Arc::new(par_collect(values.len(), token, |pixel| color(values[pixel]))?);
         token.check()?;
-        let color = |&value: &f32| table[((value / limit).clamp(-1.0, 1.0) * middle + middle).round() as usize];
-        let rgba = Arc::new(values.par_iter().map(color).collect());
-        token.check()?;
-        let count = |chosen: fn(&f32) -> bool| values.par_iter().filter(|value| chosen(value)).count() as u64;
+        let count = |chosen: fn(&f32) -> bool| values.iter().filter(|value| chosen(value)).count() as u64;
         let pixels = [count(|&value| value < 0.0), count(|&value| value == 0.0), count(|&value| value > 0.0)];
         Ok(Some(Self { frames: [Arc::clone(a), Arc::clone(b)], values, limit, rgba, pixels }))
     }

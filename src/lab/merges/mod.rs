@@ -19,7 +19,7 @@ pub use reduction_handles::{reduction_through, threshold_at};
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::construction::{MergeOrder, Timeline};
-use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::kernel::parallel::par_collect;
 use bvhscope_engine::tree::node_metrics;
 use bvhscope_engine::with_tree;
 

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use crate::accel::{Accel, EPO_SAMPLES, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
@@ -15,6 +13,7 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::{Follower, POSES, Policy, Update};
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
@@ -252,9 +251,7 @@ fn time_of_ray(
     let mut times = Vec::with_capacity(repeat);
     for _ in 0..repeat.max(1) {
         let start = Instant::now();
-        let tasks = rays.par_chunks(RAYS_PER_TASK).zip(hits.par_chunks_mut(RAYS_PER_TASK));
-        tasks.try_for_each(|(rays, hits)| {
-            token.check()?;
+        par_tasks(rays.chunks(RAYS_PER_TASK).zip(hits.chunks_mut(RAYS_PER_TASK)), token, |(rays, hits), _| {
             wide.closest_hits(simd.level(), rays, hits);
             Ok(())
         })?;

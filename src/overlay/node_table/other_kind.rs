@@ -4,7 +4,7 @@ use super::table::NodeTable;
 use crate::accel::Accel;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
-use bvhscope_engine::kernel::par_collect;
+use bvhscope_engine::kernel::parallel::par_collect;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::with_tree;
 

@@ -3,7 +3,6 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3};
-use rayon::prelude::*;
 
 use super::shapes::{Random, paint};
 use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists};
@@ -11,6 +10,7 @@ use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::motion::{Clip, Moment, Motion, Mover, Pose};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Length of the clips in seconds.
 const SECONDS: f32 = 2.0;
@@ -107,23 +107,22 @@ impl Mover for Cloth {
         pose.normals.resize(1 + side * side, Vec3::ZERO);
         pose.triangles.resize(self.triangle_count(), NO_TRIANGLE);
         let at = |step: usize| step as f32 / self.cells as f32;
-        let rows = pose.positions.par_chunks_mut(side).zip(pose.normals[1..].par_chunks_mut(side)).enumerate();
-        rows.try_for_each(|(row, (positions, normals))| {
-            token.check()?;
+        let rows = pose.positions.chunks_mut(side).zip(pose.normals[1..].chunks_mut(side)).enumerate();
+        par_tasks(rows, token, |(row, (positions, normals)), _| {
             for (column, (position, normal)) in positions.iter_mut().zip(normals).enumerate() {
                 (*position, *normal) = Self::vertex(at(column), at(row), moment.seconds.clamp(0.0, SECONDS));
             }
-            Ok::<_, LoadError>(())
+            Ok(())
         })?;
         let positions = &pose.positions;
-        pose.triangles.par_chunks_mut(BATCH_SIZE).enumerate().try_for_each(|(batch, triangles)| {
-            token.check()?;
+        par_tasks(pose.triangles.chunks_mut(BATCH_SIZE).enumerate(), token, |(batch, triangles), _| {
             for (triangle, index) in triangles.iter_mut().zip((batch * BATCH_SIZE) as u32..) {
                 let [a, b, c] = self.corners(index).map(|corner| positions[corner as usize]);
                 *triangle = Triangle { a, b, c };
             }
             Ok(())
-        })
+        })?;
+        Ok(())
     }
 
     fn bytes(&self) -> usize {
@@ -181,13 +180,13 @@ impl Mover for Explosion {
 
     fn pose(&self, moment: Moment, pose: &mut Pose, token: &CancelToken) -> Result<(), LoadError> {
         pose.triangles.resize(self.triangle_count(), NO_TRIANGLE);
-        pose.triangles.par_chunks_mut(1 << 12).enumerate().try_for_each(|(batch, triangles)| {
-            token.check()?;
+        par_tasks(pose.triangles.chunks_mut(1 << 12).enumerate(), token, |(batch, triangles), _| {
             for (triangle, index) in triangles.iter_mut().zip((batch << 12) as u32..) {
                 *triangle = self.shard(index, moment.seconds.clamp(0.0, SECONDS));
             }
             Ok(())
-        })
+        })?;
+        Ok(())
     }
 
     fn bytes(&self) -> usize {

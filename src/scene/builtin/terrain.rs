@@ -1,13 +1,13 @@
 //! A height field of fractal value noise, coloured by height and slope.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::shapes::paint;
 use crate::scene::assemble::{Assembly, VertexLists, collect_cancellable};
 use crate::scene::error::FileLocation;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// A square of side 2 with about, and at most, `triangles` triangles; at least 2.
 pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken) -> Result<(), Cancelled> {
@@ -15,13 +15,9 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
     let side = cells + 1;
     assembly.materials.push(paint("ground", [1.0; 3]));
     let step = 2.0 / cells as f32;
-    let rows: Vec<Vec<(Vec3, Vec3, Vec3)>> = (0..side)
-        .into_par_iter()
-        .map(|row| {
-            token.check()?;
-            Ok((0..side).map(|column| vertex(column as f32 * step - 1.0, row as f32 * step - 1.0)).collect())
-        })
-        .collect::<Result<_, Cancelled>>()?;
+    let rows: Vec<Vec<(Vec3, Vec3, Vec3)>> = par_tasks(0..side, token, |row, _| {
+        Ok((0..side).map(|column| vertex(column as f32 * step - 1.0, row as f32 * step - 1.0)).collect())
+    })?;
     let vertices = collect_cancellable((side * side) as usize, rows.into_iter().flatten(), token)?;
     token.set_progress(0.6);
     let lists = VertexLists {

@@ -4,14 +4,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
-use rayon::prelude::*;
 
 use super::curve::Curve;
 use super::pose::{Moment, Mover, Pose, keep_usable};
 use super::shape::{Shape, Vertices};
 use crate::scene::error::LoadError;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// Vertices that a task moves.
 const VERTICES_PER_TASK: usize = 1 << 12;
@@ -231,25 +231,23 @@ impl Mover for Rig {
         pose.tangents.resize(self.tangent_count, Vec4::ZERO);
         pose.triangles.resize(self.corners.len(), NO_TRIANGLE);
         let tasks = self.tasks(&mut pose.positions, &mut pose.normals, &mut pose.tangents);
-        tasks.into_par_iter().try_for_each(|Task { part, first, vertices }| {
-            token.check()?;
+        par_tasks(tasks, token, |Task { part, first, vertices }, _| {
             let Part { shape, node, .. } = &self.parts[part];
             let Vertices { positions, normals, tangents } = vertices;
             let vertices = Vertices { positions: &mut *positions, normals, tangents };
             shape.place(first, &transforms[part], &weights[*node], vertices);
             keep_usable(positions);
-            Ok::<_, Cancelled>(())
+            Ok(())
         })?;
         let mut first_vertex = 0;
         for part in &self.parts {
             let end = first_vertex + part.shape.positions.len();
             let positions = &pose.positions[first_vertex..end];
             first_vertex = end;
-            let corners = self.corners[part.triangles.clone()].par_chunks(TRIANGLES_PER_TASK);
-            let triangles = pose.triangles[part.triangles.clone()].par_chunks_mut(TRIANGLES_PER_TASK);
+            let corners = self.corners[part.triangles.clone()].chunks(TRIANGLES_PER_TASK);
+            let triangles = pose.triangles[part.triangles.clone()].chunks_mut(TRIANGLES_PER_TASK);
             let is_visible = is_visible[part.node];
-            triangles.zip(corners).try_for_each(|(triangles, corners)| {
-                token.check()?;
+            par_tasks(triangles.zip(corners), token, |(triangles, corners), _| {
                 for (triangle, &[a, b, c]) in triangles.iter_mut().zip(corners) {
                     let at = |corner: u32| positions[corner as usize];
                     *triangle = Triangle { a: at(a), b: at(b), c: at(c) };
@@ -260,7 +258,7 @@ impl Mover for Rig {
                         (triangle.b, triangle.c) = (triangle.a, triangle.a);
                     }
                 }
-                Ok::<_, Cancelled>(())
+                Ok(())
             })?;
         }
         Ok(())

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
 use crate::optimize::simd_box::{Bounds as _, NodeBounds};
@@ -28,8 +29,7 @@ impl<B: NodeBounds> LinkedTree<'_, B> {
             let Some(index) = queue.pop_front() else { break };
             queue.extend(self.score(index, min_area, &mut scored).into_iter().flatten());
         }
-        let lists = Vec::from(queue).into_par_iter().map(|top| {
-            token.check()?;
+        let mut lists = par_tasks(queue, token, |top, _| {
             // Breadth first, so that loads do not depend on one another.
             let (mut scored, mut queue, mut next) = (Vec::new(), vec![top], 0);
             while let Some(&index) = queue.get(next) {
@@ -37,8 +37,7 @@ impl<B: NodeBounds> LinkedTree<'_, B> {
                 next += 1;
             }
             Ok(scored)
-        });
-        let mut lists: Vec<_> = lists.collect::<Result<_, Cancelled>>()?;
+        })?;
         token.check()?;
         lists.push(scored);
         Ok(best(prefilter(&lists, max_count), max_count))

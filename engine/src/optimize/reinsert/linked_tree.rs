@@ -2,9 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 use crate::optimize::move_search::{LinkedNodes, NONE};
 use crate::optimize::simd_box::NodeBounds;
 use crate::tree::Node;
@@ -23,8 +22,7 @@ impl<'a, B: NodeBounds> LinkedTree<'a, B> {
     /// Links the nodes of a tree, which may be in any order with siblings together.
     pub fn new(nodes: &'a mut [Node<B>], token: &CancelToken) -> Result<Self, Cancelled> {
         let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
-        nodes.par_chunks(NODES_BETWEEN_CHECKS).enumerate().try_for_each(|(chunk, chunk_nodes)| {
-            token.check()?;
+        par_tasks(nodes.chunks(NODES_BETWEEN_CHECKS).enumerate(), token, |(chunk, chunk_nodes), _| {
             for (index, node) in (chunk * NODES_BETWEEN_CHECKS..).zip(chunk_nodes) {
                 if !node.is_leaf() {
                     parents[node.first as usize / 2].store(index as u32, Ordering::Relaxed);

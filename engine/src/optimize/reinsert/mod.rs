@@ -10,10 +10,9 @@ mod treelets;
 
 use std::collections::HashSet;
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
+use crate::kernel::parallel::par_tasks_with;
 use crate::optimize::move_search::{LinkedNodes, Move, find_move};
 use crate::optimize::reinsert::linked_tree::{LinkedTree, sibling};
 use crate::optimize::simd_box::NodeBounds;
@@ -107,13 +106,10 @@ fn find_moves<B: NodeBounds>(
     candidates: &[u32],
     token: &CancelToken,
 ) -> Result<Vec<Option<Move>>, Cancelled> {
-    let batches = candidates.par_chunks(CANDIDATES_BETWEEN_CHECKS).map(|batch| {
-        token.check()?;
-        let mut stack = Vec::new();
-        let mut find = |&at: &u32| find_move(tree, eligible[at as usize], 0.0, MAX_VISITS, &mut stack);
-        Ok(batch.iter().map(&mut find).collect())
-    });
-    let batches: Vec<Vec<Option<Move>>> = batches.collect::<Result<_, _>>()?;
+    let batches = candidates.chunks(CANDIDATES_BETWEEN_CHECKS);
+    let batches: Vec<Vec<Option<Move>>> = par_tasks_with(batches, token, Vec::new, |stack, batch, _| {
+        Ok(batch.iter().map(|&at| find_move(tree, eligible[at as usize], 0.0, MAX_VISITS, stack)).collect())
+    })?;
     Ok(batches.concat())
 }
 

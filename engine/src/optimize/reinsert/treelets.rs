@@ -2,9 +2,8 @@
 //! Hierarchies*, 2013, section 3). Only of the largest: these cost most, and reinsertion, which moves one subtree at a
 //! time, leaves them in local optima.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 use crate::optimize::divisions::cheapest_division;
 use crate::optimize::move_search::LinkedNodes;
 use crate::optimize::reinsert::linked_tree::LinkedTree;
@@ -49,8 +48,7 @@ impl<B: NodeBounds> LinkedTree<'_, B> {
     pub fn optimize_treelets(&mut self, average_cost: f32, token: &CancelToken) -> Result<f64, Cancelled> {
         let mut gain = 0.0;
         for batch in self.largest(average_cost * MIN_RELATIVE_AREA).chunks(BATCH) {
-            token.check()?;
-            let found: Vec<_> = batch.par_iter().map(|&root| self.best_topology(root)).collect();
+            let found = par_tasks(batch, token, |&root, _| Ok(self.best_topology(root)))?;
             let mut changed: Vec<u32> = Vec::new();
             for (&root, mut found) in batch.iter().zip(found) {
                 // Pairs begin at odd indices. Another node may be in the root's slot by now.

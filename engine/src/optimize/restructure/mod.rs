@@ -12,11 +12,9 @@ mod split_large;
 mod topdown;
 mod treelets;
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Aabb;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, par_tasks_with, zeros};
 use crate::optimize::restructure::item::{Item, NEW_NODE};
 use crate::optimize::restructure::topdown::Builder;
 use crate::optimize::restructure::treelets::{Subtree, collect_leaves, treelets};
@@ -71,11 +69,10 @@ pub fn restructure(
         |index: usize| samples[index / group_size].is_some_and(|sample| is_gain(sample, MIN_SAMPLE_GAIN));
     let selected: Vec<&Subtree> =
         treelets.iter().enumerate().filter(|&(index, _)| is_worthwhile(index)).map(|(_, old)| old).collect();
-    let rebuilt = selected.par_iter().map(|old| {
+    let rebuilt = par_tasks(&selected, token, |old, _| {
         let new = restructuring.rebuild_subtree(old)?;
         Ok(new.filter(|new| is_gain([old.cost.cost, new.cost], MIN_GAIN)))
-    });
-    let rebuilt: Vec<Option<RebuiltSubtree>> = rebuilt.collect::<Result<_, _>>()?;
+    })?;
     let mut gain = 0.0;
     for (old, new) in selected.into_iter().zip(&rebuilt) {
         token.check()?;
@@ -135,16 +132,15 @@ impl Restructuring<'_> {
             let old = group[group.len() / 2].sample(self.nodes, costs);
             Ok([old.cost.cost, self.rebuild_subtree(&old)?.map_or(old.cost.cost, |new| new.cost)])
         };
-        let groups: Vec<&[Subtree]> = treelets.chunks(group_size).collect();
-        let first = groups.par_iter().step_by(GROUPS_PER_FIRST_SAMPLE).map(|group| sample(group));
-        let first: Vec<[f32; 2]> = first.collect::<Result<_, _>>()?;
+        let groups = || treelets.chunks(group_size);
+        let first: Vec<[f32; 2]> =
+            par_tasks(groups().step_by(GROUPS_PER_FIRST_SAMPLE), self.builder.token, |group, _| sample(group))?;
         let is_clear = first.iter().all(|&sample| is_gain(sample, MIN_SAMPLE_GAIN));
-        let samples = groups.par_iter().enumerate().map(|(index, group)| match index % GROUPS_PER_FIRST_SAMPLE {
+        par_tasks(groups().enumerate(), self.builder.token, |(index, group), _| match index % GROUPS_PER_FIRST_SAMPLE {
             0 => Ok(Some(first[index / GROUPS_PER_FIRST_SAMPLE])),
             _ if is_clear => Ok(None),
             _ => sample(group).map(Some),
-        });
-        samples.collect()
+        })
     }
 
     /// Rebuilds the subtree `old`; `None` if there is only one tree over its leaves.
@@ -174,8 +170,7 @@ impl Restructuring<'_> {
             (treelet_items, remaining) = remaining.split_at_mut(treelet.cost.leaves as usize);
             tasks.push((treelet.root, treelet_items));
         }
-        tasks.into_par_iter().try_for_each_init(Vec::new, |pair_slots, (root, items)| {
-            self.builder.token.check()?;
+        par_tasks_with(tasks, self.builder.token, Vec::new, |pair_slots, (root, items), _| {
             collect_leaves(self.nodes, root, items, pair_slots);
             Ok(())
         })?;

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f32x8};
-use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
+use crate::kernel::parallel::par_tasks;
 use crate::kernel::simd::dispatch_plain;
 use crate::optimize::restructure::item::Item;
 use crate::optimize::restructure::split::{BINS, BinCounts, Grid, SplitPlane, cheapest_plane, count_in_bins, split};
@@ -33,11 +33,9 @@ pub fn split_large(
         let (min, neg_max) = root.bounds(simd).split();
         Grid::new::<_, BINS>(simd, [min + min, -(neg_max + neg_max)])
     });
-    let chunks = items.par_chunks(CHUNK_ITEMS).map(|items| {
-        token.check()?;
+    let chunks = par_tasks(items.chunks(CHUNK_ITEMS), token, |items, _| {
         Ok(dispatch_plain!(level, simd => count_chunk(simd, items, &grid)))
-    });
-    let chunks: Vec<ChunkBins> = chunks.collect::<Result<_, _>>()?;
+    })?;
     let Some((plane, sides)) = dispatch_plain!(level, simd => cheapest_plane_of_chunks(simd, &chunks, &grid)) else {
         return Ok(dispatch_plain!(level, simd => split(simd, items, root, depth)));
     };
@@ -46,11 +44,7 @@ pub fn split_large(
 
 /// Partitions each chunk by itself, then swaps the items on the wrong side of the middle.
 fn partition(plane: &SplitPlane, items: &mut [Item], token: &CancelToken) -> Result<usize, Cancelled> {
-    let left_counts = items.par_chunks_mut(CHUNK_ITEMS).map(|items| {
-        token.check()?;
-        Ok(plane.partition(items))
-    });
-    let left_counts: Vec<usize> = left_counts.collect::<Result<_, _>>()?;
+    let left_counts = par_tasks(items.chunks_mut(CHUNK_ITEMS), token, |items, _| Ok(plane.partition(items)))?;
     let middle = left_counts.iter().sum();
     let chunks = left_counts.iter().zip((0..items.len()).step_by(CHUNK_ITEMS));
     let left_in_right = chunks.clone().map(|(&left, start)| start.max(middle)..(start + left).max(middle));
@@ -69,7 +63,10 @@ fn partition(plane: &SplitPlane, items: &mut [Item], token: &CancelToken) -> Res
             }
         }
     }
-    swaps.into_par_iter().for_each(|(first, second)| first.swap_with_slice(second));
+    par_tasks(swaps, token, |(first, second), _| {
+        first.swap_with_slice(second);
+        Ok(())
+    })?;
     Ok(middle)
 }
 

@@ -1,10 +1,8 @@
 //! End-point overlap (EPO): the surface of the scene inside nodes that do not hold it.
 
-use rayon::prelude::*;
-
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
-use crate::kernel::par_collect::par_collect;
+use crate::kernel::parallel::{par_collect, par_tasks};
 use crate::tree::container::Container;
 use crate::tree::node::{AnyTree, Tree};
 use crate::tree::statistics::INTERSECTION_COST;
@@ -127,8 +125,7 @@ fn overlap_of<C: Clip>(
     let leaves = leaves_of_slots(tree, &slots, token)?;
     let mut sample_leaves: Vec<(u32, u32)> = slots.iter().zip(leaves).map(|(slot, leaf)| (slot.sample, leaf)).collect();
     sample_leaves.sort_unstable();
-    let foreign_of = |&sample_index: &u32| {
-        token.check()?;
+    let foreign_of = |&sample_index: &u32, token: &CancelToken| {
         let sample = &samples[sample_index as usize];
         let first = sample_leaves.partition_point(|entry| entry.0 < sample_index);
         let mut own = Vec::new();
@@ -153,8 +150,7 @@ fn overlap_of<C: Clip>(
         let at_once = ((max_visits - overlap.visited) / tree.nodes.len() as u64).max(MIN_SAMPLES_AT_ONCE);
         let end = (parts.len() as u64).saturating_add(at_once).min(order.len() as u64) as usize;
         // Collected before they are summed, so that the sum does not depend on the number of threads.
-        let found: Vec<Foreign> =
-            order[parts.len()..end].par_iter().map(foreign_of).collect::<Result<_, Cancelled>>()?;
+        let found: Vec<Foreign> = par_tasks(&order[parts.len()..end], token, foreign_of)?;
         overlap.visited += found.iter().map(|foreign| foreign.visited).sum::<u64>();
         parts.extend(found.into_iter().map(|foreign| foreign.cost));
     }

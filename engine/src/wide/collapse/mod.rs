@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
-use crate::kernel::par_collect::zeros;
+use crate::kernel::parallel::{par_tasks, zeros};
 use crate::kernel::prefetch::prefetch;
 use crate::kernel::simd::dispatch_plain;
 use crate::tree::binarize::binarize;
@@ -81,16 +81,12 @@ pub fn collapse<C: WideContainer>(
     for (leaf, part) in top.leaves.iter().zip(top_parts) {
         sources.write(std::slice::from_ref(leaf), leaf.first, part, token)?;
     }
-    let fork = token.fork();
-    let segments = tasks.par_iter().zip(&first_slots).zip(task_parts).map(|((&root, &first), part)| {
-        fork.task(|token| {
-            let segment = emitter.segment(root, token)?;
-            sources.write(&segment.leaves, first, part, token)?;
-            Ok(segment)
-        })
-    });
-    let segments: Vec<Segment> = segments.collect::<Result<_, Cancelled>>()?;
-    fork.join();
+    let tasks = tasks.iter().zip(&first_slots).zip(task_parts);
+    let segments = par_tasks(tasks, token, |((&root, &first), part), token| {
+        let segment = emitter.segment(root, token)?;
+        sources.write(&segment.leaves, first, part, token)?;
+        Ok(segment)
+    })?;
     let segments: Vec<Segment> = std::iter::once(top).chain(segments).collect();
     token.begin_stage("wide write");
     let starts = SegmentStart::of_all(&segments);

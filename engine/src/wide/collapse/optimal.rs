@@ -6,10 +6,10 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use fearless_simd::{Simd, SimdBase};
-use rayon::prelude::*;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::SimdLevel;
+use crate::kernel::parallel::par_tasks_with;
 use crate::kernel::simd::dispatch_plain;
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
@@ -36,14 +36,11 @@ pub(crate) fn optimal_decisions<C: WideContainer>(
     let mut chunks = vec![Vec::new(); chunk_count];
     let level = SimdLevel::of_builds().level();
     let group = (chunk_count / MIN_GROUPS).clamp(1, MAX_GROUP_CHUNKS);
-    let groups = chunks.par_chunks_mut(group).enumerate();
-    let fork = token.fork();
-    let boundaries = groups.map_init(ChunkMemory::default, |scratch, (index, chunks)| {
+    let groups = chunks.chunks_mut(group).enumerate();
+    let boundaries = par_tasks_with(groups, token, ChunkMemory::default, |scratch, (index, chunks), token| {
         let mut range = ChunkRange { tree, compact_area, first_chunk: group * index, chunks };
-        fork.task(|token| dispatch_plain!(level, simd => range.decide(simd, scratch, token)))
-    });
-    let boundaries: Vec<Boundary> = boundaries.collect::<Result<_, Cancelled>>()?;
-    fork.join();
+        dispatch_plain!(level, simd => range.decide(simd, scratch, token))
+    })?;
     let root = NodeCost::leaf(&tree.nodes[0]);
     if tree.nodes[0].is_leaf() {
         return Ok(Decisions { chunks, root: DecidedNode::new(0, root.decision, root.count) });
