@@ -37,7 +37,7 @@ run: deps-run
 		cargo run -q --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
 	fi
 
-test: deps-test format unit headless docs
+test: deps-test format unit docs headless
 	@$(LIST_SKIPPED)
 	@echo "Passed: format, lints, $$(awk '/^test result:/ { n += $$4 } END { print n }' $(TEST_LOG)) tests, documentation."
 
@@ -46,7 +46,7 @@ format:
 
 # Everything is compiled with lints, and once: no second time in release, as debug assertions are switched by `cfg!(debug_assertions)`,
 # which is compiled either way.
-unit headless: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
+unit docs headless: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
 
 # The tests of the real window mostly wait for it, and those of cancelling take one core, so they run beside all others.
 # Without the variable Mesa asks a Wayland display for its device, and each test that draws writes an error about it (src/main.rs).
@@ -57,6 +57,10 @@ unit:
 	cargo test --workspace --no-fail-fast --test 'ca*' --test 'w*' >"$$beside_log" 2>&1 & \
 	cargo test --workspace --no-fail-fast --lib --test 'c[!a]*' --test '[!cw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
 	wait $$!; beside=$$?; tee -a $(TEST_LOG) <"$$beside_log"; [ $$((others | beside)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
+
+# The documentation is written while its examples are tested (tests/document.sh).
+docs: export RUSTDOC := $(CURDIR)/tests/document.sh
+docs:
 	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
 
 # The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need
@@ -64,10 +68,6 @@ unit:
 headless:
 	cargo check --no-default-features --features dist,ktx2 --lib --bins --examples
 	cargo check -p bvhscope-engine --no-default-features --lib
-
-# With the examples, because their dependencies make it the same set of features that headless has checked already.
-docs:
-	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --examples
 
 # Takes the screenshots in assets/screenshots/sheet and /lab again, with which tests compare the window. Look at all of them.
 screenshots: deps-test
