@@ -48,14 +48,15 @@ format:
 # which is compiled either way.
 unit docs headless: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
 
-# The tests of the real window mostly wait for it, and those of cancelling take one core, so they run beside all others.
+# The tests of the real window mostly wait for it, so they run beside others, one more of these than there are cores, and those of the
+# engine and of memory follow: either half takes about as long as the other.
 # Without the variable Mesa asks a Wayland display for its device, and each test that draws writes an error about it (src/main.rs).
 unit: export NODEVICE_SELECT ?= 1
 unit:
 	cargo test --workspace --all-targets --no-run
 	@rm -f "$$BVHSCOPE_SKIPPED"; beside_log=$$(mktemp); trap 'rm -f "$$beside_log"' EXIT; \
-	cargo test --workspace --no-fail-fast --test 'ca*' --test 'w*' >"$$beside_log" 2>&1 & \
-	cargo test --workspace --no-fail-fast --lib --test 'c[!a]*' --test '[!cw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
+	cargo test --workspace --no-fail-fast --test window --test engine --test memory >"$$beside_log" 2>&1 & \
+	RUST_TEST_THREADS=$$(($$(nproc) + 1)) cargo test --workspace --no-fail-fast --lib --test '[!emw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
 	wait $$!; beside=$$?; tee -a $(TEST_LOG) <"$$beside_log"; [ $$((others | beside)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
 
 # The documentation is written while its examples are tested (tests/document.sh).

@@ -39,7 +39,7 @@ const MODELS: [&str; 8] = [
 /// Maximum number of triangles of a scene whose tree is annealed too.
 const MAX_ANNEALED: usize = 100_000;
 /// Maximum number of triangles of a scene whose trees of all other presets and containers are compared.
-const MAX_IN_FULL: usize = 500_000;
+const MAX_IN_FULL: usize = 200_000;
 /// Rounds of annealing: one hot, the others cold.
 const ROUNDS: u32 = 5;
 /// Both tests may write the file.

@@ -1,4 +1,4 @@
-//! Tasks and lists by all threads of the calling thread's rayon pool, with cancellation checks.
+//! Tasks and lists that all threads of the calling thread's rayon pool work on, with cancellation checks.
 //!
 //! Rayon compiles its division of work anew for each closure that it is given, some 6 kB. Here it is given a closure behind a pointer,
 //! which is called once for each task or for a block of items, and compiled once, or once for each type of item.
@@ -51,7 +51,11 @@ pub fn par_tasks_with<T: Send, S, R: Send>(
     });
     fork.join();
     let places = tasks.into_iter().map(|place| place.into_inner().unwrap_or_else(PoisonError::into_inner));
-    places.filter_map(|place| if let Task::Done(result) = place { Some(result) } else { None }).collect()
+    let results = places.map(|place| match place {
+        Task::Done(result) => result,
+        Task::Waiting(_) | Task::Taken => unreachable!("a loop calls each index"),
+    });
+    results.collect()
 }
 
 /// A task of [`par_tasks`].

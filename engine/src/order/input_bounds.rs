@@ -2,14 +2,15 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
+use fearless_simd::{Simd, SimdBase, f32x4};
+use glam::Vec3;
+
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::SimdLevel;
 use crate::kernel::parallel::par_tasks;
 use crate::kernel::simd::dispatch_plain;
 use crate::order::primitive_container::corners_of_box;
-use fearless_simd::{Simd, SimdBase, f32x4};
-use glam::Vec3;
 
 /// Triangles per task.
 const BATCH: usize = 8192;

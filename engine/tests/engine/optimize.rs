@@ -86,7 +86,11 @@ fn no_pass_raises_the_cost() {
                     build_binary(&triangles, &settings, &CancelToken::new()).expect("nothing to refuse")
                 };
                 let plain = [Passes::NONE, Passes::NONE.with(Pass::Split)].map(|before| built(before).0);
-                for optimize in choices() {
+                // Some run for boxes only.
+                let runs = |passes: &Passes| {
+                    BuildSettings { container, optimize: *passes, ..BuildSettings::default() }.passes() == *passes
+                };
+                for optimize in choices().into_iter().filter(runs) {
                     // Splitting gives another tree from the start.
                     let before =
                         if optimize.contains(Pass::Split) { Passes::NONE.with(Pass::Split) } else { Passes::NONE };
@@ -152,9 +156,7 @@ fn optimized_trees_do_not_depend_on_the_number_of_threads() {
             pool.install(|| built(&triangles, &settings))
         };
         let one = with_threads(1);
-        for threads in [2, 5] {
-            assert!(one == with_threads(threads), "{optimize}: {threads} threads make another tree");
-        }
+        assert!(one == with_threads(3), "{optimize}: three threads make another tree");
     }
 }
 
