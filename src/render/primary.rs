@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use rayon::prelude::*;
 
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use crate::catalog::reading::EnteringReading;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, new_stack};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
@@ -106,7 +106,8 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     let grid = Grid::new(request);
     let camera = request.camera.for_size(request.width_px, request.height_px);
     let level = request.settings.simd.level();
-    let hits = par_tasks(0..grid.tile_count, token, |tile, _| {
+    let trace_tile = |tile: u32, token: &CancelToken| {
+        token.check()?;
         let mut rays = ArrayVec::<Ray, TILE_AREA>::new();
         grid.for_each_pixel(tile, |x, y, _| {
             let point = grid.point(x, y, Vec2::splat(0.5));
@@ -115,8 +116,14 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
         let mut hits = [None; TILE_AREA];
         wide.closest_hits(level, &rays, &mut hits);
         Ok(hits.iter().flatten().count() as u64)
-    })?;
-    Ok(PrimaryTrace { rays: grid.ray_count(), hits: hits.iter().sum(), trace_time: start.elapsed() })
+    };
+    let fork = token.fork();
+    let hits = (0..grid.tile_count)
+        .into_par_iter()
+        .map(|tile| fork.task(|token| trace_tile(tile, token)))
+        .try_reduce(|| 0, |a, b| Ok(a + b))?;
+    fork.join();
+    Ok(PrimaryTrace { rays: grid.ray_count(), hits, trace_time: start.elapsed() })
 }
 
 /// A probe that may count tests.
@@ -164,7 +171,8 @@ fn trace<P: Counting>(
     let (tree, scene) = (&request.accel.tree, &request.accel.scene);
     let triangles = request.accel.compute_leaf_triangles(token)?;
     let level = request.settings.simd.level();
-    par_tasks(0..grid.tile_count, token, |tile, _| {
+    let trace_tile = |tile: u32, token: &CancelToken| {
+        token.check()?;
         let mut stack = new_stack(tree.max_depth());
         let mut counts = Tile::<P>::default();
         let mut lines = wide.map(|wide| (wide, LineProbe::new(wide)));
@@ -187,5 +195,12 @@ fn trace<P: Counting>(
             }
         });
         Ok(counts)
-    })
+    };
+    let fork = token.fork();
+    let tiles = (0..grid.tile_count)
+        .into_par_iter()
+        .map(|tile| fork.task(|token| trace_tile(tile, token)))
+        .collect::<Result<Vec<Tile<P>>, Cancelled>>()?;
+    fork.join();
+    Ok(tiles)
 }

@@ -3,6 +3,8 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::adaptation::{Adaptation, Metered};
 use super::assemble::{self, Pixel, assemble};
 use super::clusters::Clusters;
@@ -20,7 +22,6 @@ use super::surface;
 use super::tile::{Pass, PassCounts};
 use super::trace_context::TraceContext;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::kernel::parallel::par_tasks;
 
 /// The only error of [`render`]: it was cancelled.
 pub type RenderError = Cancelled;
@@ -183,12 +184,14 @@ fn trace_pass<S: Shade>(
     let tiles_before = pass.grid.tile_count * pass.sample;
     let tiles_in_all = (pass.grid.tile_count * samples) as f32;
     let tiles_done = AtomicU32::new(tiles_before);
-    let tiles = par_tasks(pixels.iter_mut().enumerate(), token, |(tile, pixels), token| {
+    let trace_tile = |(tile, pixels): (usize, &mut Vec<Pixel>)| {
+        token.check()?;
         let counts = pass.trace_tile(tile as u32, pixels);
         token.set_progress((tiles_done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tiles_in_all);
         Ok(counts)
-    })?;
-    Ok(tiles.into_iter().fold(PassCounts::default(), PassCounts::plus))
+    };
+    let tiles = pixels.par_iter_mut().enumerate().map(trace_tile);
+    tiles.try_reduce(PassCounts::default, |a, b| Ok(a.plus(b)))
 }
 
 /// Frees the pixels from the last tile to the first: some allocators return memory only from the end of the heap.
