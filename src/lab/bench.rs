@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::conditions::Conditions;
 use super::measure::{LabError, RowSink, measure, measure_contenders};
 use super::measurement::{Measurement, millis, pool};
@@ -14,7 +16,6 @@ use crate::catalog::numbers::rows::{
     TESTS_PER_ENTERING_RAY, TESTS_PER_RAY, TRACE_MS, WIDE_TRACE_MS,
 };
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
@@ -68,20 +69,27 @@ fn every_triangle(
     let accel = Arc::new(pool.install(|| Accel::build(&subject.scene, &build, token))?);
     let camera = view.camera.for_size(view.size[0], view.size[1]);
     let start = std::time::Instant::now();
-    let of_rays = pool.install(|| {
-        par_tasks(0..rays, token, |index, _| {
-            let pixel = index * pixels / rays;
-            let (x, y) = (pixel % u64::from(view.size[0]), pixel / u64::from(view.size[0]));
-            let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
-            let mut counts = TestCounts::default();
-            let hit = accel.closest_hit_with(&ray, Traversal::Ordered, &mut counts);
-            Ok((u64::from(hit.is_some()), counts))
-        })
+    let (hits, tests) = pool.install(|| {
+        (0..rays)
+            .into_par_iter()
+            .map(|index| {
+                token.check()?;
+                let pixel = index * pixels / rays;
+                let (x, y) = (pixel % u64::from(view.size[0]), pixel / u64::from(view.size[0]));
+                let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
+                let mut counts = TestCounts::default();
+                let hit = accel.closest_hit_with(&ray, Traversal::Ordered, &mut counts);
+                Ok::<_, Cancelled>((u64::from(hit.is_some()), counts))
+            })
+            .try_reduce(
+                || (0, TestCounts::default()),
+                |(hits, a), (more, b)| {
+                    let counts =
+                        TestCounts { containers: a.containers + b.containers, primitives: a.primitives + b.primitives };
+                    Ok((hits + more, counts))
+                },
+            )
     })?;
-    let (hits, tests) = of_rays.into_iter().fold((0, TestCounts::default()), |(hits, a), (more, b)| {
-        let counts = TestCounts { containers: a.containers + b.containers, primitives: a.primitives + b.primitives };
-        (hits + more, counts)
-    });
     Ok(on_a_sample(row, view.size, rays, hits, tests, millis(start.elapsed())))
 }
 
