@@ -38,6 +38,7 @@
 //! | `optimize` | passes over a finished tree: collapse, restructure, reinsert, anneal, orient | which builder made it | [`fn@orient`] |
 //! | [`builders`] | one entry for every builder; LBVH, binned SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
+//! | [`query`] | all hits of a ray, the nearest point of a mesh, inside or outside | builders, the wide tree | [`query::closest_point`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
 //! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated, moved or built again | pictures, frames | [`refit::refit`], [`refit::WideRefit`] |
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
@@ -71,6 +72,8 @@ pub mod builders;
 
 pub mod construction;
 
+pub mod query;
+
 pub mod wide;
 
 pub mod refit;
@@ -92,6 +95,7 @@ pub use geometry::{Aabb, Dop14, Hit, Ray, Sphere, Triangle};
 pub use glam;
 pub use kernel::SimdLevel;
 pub use optimize::orient;
+pub use query::ClosestPoint;
 pub use settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 pub use tree::statistics::TreeStats;
 pub use tree::traverse::{TestCounts, Traversal};

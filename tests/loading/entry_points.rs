@@ -164,7 +164,22 @@ pub fn builder(bytes: &[u8]) {
     assert!(accel.epo(&CancelToken::new()).is_ok_and(|epo| epo.value.is_finite()));
 }
 
-/// Arbitrary rays through a tree of arbitrary triangles have the hits of a linear scan.
+/// All hits of `rays`, and the points nearest to their origins, are those that the one leaf of `scan` has.
+fn compare_queries(accel: &Accel, scan: &Accel, rays: &[Ray]) {
+    let (mut hits, mut expected) = (Vec::new(), Vec::new());
+    for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()).map(SimdLevel::level) {
+        for (ray, max) in rays.iter().zip([usize::MAX, 1, 2].into_iter().cycle()) {
+            let has_more = accel.wide().tree.all_hits(level, ray, max, &mut hits);
+            assert_eq!(has_more, scan.wide().tree.all_hits(level, ray, max, &mut expected), "{ray:?}");
+            assert_eq!(hits, expected, "{ray:?}");
+            let radius = ray.direction.length();
+            let nearest = accel.wide().tree.closest_point(level, ray.origin, radius);
+            assert_eq!(nearest, scan.wide().tree.closest_point(level, ray.origin, radius), "{ray:?}");
+        }
+    }
+}
+
+/// Arbitrary rays through a tree of arbitrary triangles have the hits of a linear scan, all queries of their points alike.
 pub fn traversal(bytes: &[u8]) {
     let Some((&choice, rest)) = bytes.split_first() else { return };
     let mut floats = Floats(rest);
@@ -214,6 +229,7 @@ pub fn traversal(bytes: &[u8]) {
         accel.wide().tree.any_hits(level.level(), &rays, &mut any);
         assert_eq!(any, blocked, "{}, {settings:?}", level.name());
     }
+    compare_queries(&accel, &scan, &rays);
     for (ray, expected) in rays.iter().zip(expected) {
         assert_eq!(accel.closest_hit(ray), expected, "{ray:?}, the wide tree, {settings:?}");
         for traversal in [Traversal::Ordered, Traversal::Paper] {

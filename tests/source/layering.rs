@@ -27,6 +27,7 @@ const ENGINE: Plan = Plan {
         ("optimize", &[]),
         ("builders", &[]),
         ("construction", &["optimize"]),
+        ("query", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
         ("wide", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
         ("refit", &["stage_times", "order", "construction"]),
         ("fingerprint", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "refit"]),

@@ -14,7 +14,9 @@ mod triangle;
 mod prepared_ray;
 mod ray;
 
+mod distance;
 mod intersect;
+mod nearest_point;
 mod needle;
 mod ray_dop;
 mod ray_oriented;
@@ -24,6 +26,7 @@ mod random_line;
 mod scale;
 
 pub use aabb::Aabb;
+pub(crate) use distance::{PER_DIAGONAL, reach};
 pub use dop::Dop14;
 pub(crate) use dop::{DIAGONAL_PAD, half_area_between};
 pub use dop_faces::DopFace;
@@ -32,6 +35,7 @@ pub(crate) use extremes::Extremes;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
 pub use lens::Lens;
+pub use nearest_point::{Feature, TrianglePoint};
 pub(crate) use needle::{ExactPlane, NEEDLE_ASPECT};
 pub(crate) use oriented::ORIENTED_PAD;
 pub use oriented::{OrientedBox, OrientedKind};

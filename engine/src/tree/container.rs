@@ -1,6 +1,7 @@
 //! Containers, called bounding volumes in the literature: boxes, spheres, polytopes and oriented boxes, behind one trait.
 
 use fearless_simd::Simd;
+use glam::Vec3;
 
 use crate::geometry::{
     Aabb, DiagonalRay, Dop14, OrientedBox, OrientedRay, PairEntry, PreparedRay, Ray, Sphere, Triangle,
@@ -117,10 +118,13 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
         let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
         PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
     }
+    /// Square of a distance, in world units, that nothing inside is nearer to `point` than, but for the rounding of a few operations:
+    /// 0 inside, infinite for the empty container.
+    fn distance_squared(&self, point: Vec3) -> f32;
     /// The smallest box around it; of an oriented box, around what it encloses.
     fn bounds(&self) -> Aabb;
     /// Whether `point` lies inside, within `slack` in world units.
-    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool;
+    fn contains_point(&self, point: Vec3, slack: f32) -> bool;
     /// True if `other` lies inside, within `slack` in world units; for oriented boxes, if its contents may.
     fn contains(&self, other: &Self, slack: f32) -> bool;
     /// Surface area of the intersection, in the unit of [`Container::relative_area`]: of the common part of boxes or polytopes, of the
@@ -174,11 +178,15 @@ impl Container for Aabb {
         Aabb::entry_pair(simd, pair, ray, t_min, t_max)
     }
 
+    fn distance_squared(&self, point: Vec3) -> f32 {
+        Aabb::distance_squared(self, point)
+    }
+
     fn bounds(&self) -> Aabb {
         *self
     }
 
-    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+    fn contains_point(&self, point: Vec3, slack: f32) -> bool {
         self.contains(&Aabb { min: point, max: point }, slack)
     }
 
@@ -232,11 +240,15 @@ impl Container for Sphere {
         Sphere::entry(self, ray, t_min, t_max)
     }
 
+    fn distance_squared(&self, point: Vec3) -> f32 {
+        Sphere::distance_squared(self, point)
+    }
+
     fn bounds(&self) -> Aabb {
         Sphere::bounds(self)
     }
 
-    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+    fn contains_point(&self, point: Vec3, slack: f32) -> bool {
         self.contains(&Sphere { center: point, radius: 0.0 }, slack)
     }
 
@@ -300,11 +312,15 @@ impl Container for Dop14 {
         PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
     }
 
+    fn distance_squared(&self, point: Vec3) -> f32 {
+        Dop14::distance_squared(self, point)
+    }
+
     fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+    fn contains_point(&self, point: Vec3, slack: f32) -> bool {
         self.excess_of_point(point) <= f64::from(slack)
     }
 
@@ -355,11 +371,15 @@ impl Container for OrientedBox {
         OrientedBox::entry(self, part, t_min, t_max)
     }
 
+    fn distance_squared(&self, point: Vec3) -> f32 {
+        OrientedBox::distance_squared(self, point)
+    }
+
     fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    fn contains_point(&self, point: glam::Vec3, slack: f32) -> bool {
+    fn contains_point(&self, point: Vec3, slack: f32) -> bool {
         self.excess_of_point(point) <= f64::from(slack)
     }
 

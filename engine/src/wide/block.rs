@@ -28,7 +28,7 @@ impl TriangleBlock<'_> {
 
     /// One bit for each triangle.
     #[inline(always)]
-    fn lanes(&self) -> u32 {
+    pub(crate) fn lanes(&self) -> u32 {
         (1 << self.count()) - 1
     }
 
@@ -78,6 +78,18 @@ impl TriangleBlock<'_> {
         Triangle { a: corner(0), b: corner(1), c: corner(2) }
     }
 
+    /// Square of the distance from a point, whose coordinates are in all lanes, to the box of each triangle; see
+    /// [`Container::distance_squared`](crate::tree::Container::distance_squared). Lanes without a triangle have any number.
+    #[inline(always)]
+    pub(crate) fn distances_squared<S: Simd>(&self, simd: S, point: [f32x4<S>; 3]) -> f32x4<S> {
+        let zero = f32x4::splat(simd, 0.0);
+        let outside = each!(axis => {
+            let [a, b, c] = self.corners(simd, 8 * axis as u32);
+            (a.min(b).min(c) - point[axis]).max(point[axis] - a.max(b).max(c)).max(zero)
+        });
+        outside[0] * outside[0] + outside[1] * outside[1] + outside[2] * outside[2]
+    }
+
     /// Coordinates of the three corners on an axis; `shift` is eight times its number.
     #[inline(always)]
     fn corners<S: Simd>(&self, simd: S, shift: u32) -> [f32x4<S>; 3] {
@@ -113,12 +125,29 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     #[inline(always)]
     pub(crate) fn closest_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.t();
-        let mut uncertain = self.closest_certain_hit::<S, false>(simd, block, ray, nearest);
+        let offer = |hit, primitive_index| {
+            nearest.offer(hit, primitive_index);
+        };
+        self.each_hit(simd, block, ray, t_max, offer);
+    }
+
+    /// Calls `found` with the hit of each triangle of `block` up to `t_max`, and the triangle's index. `ray` is the ray that `self` was
+    /// prepared from.
+    #[inline(always)]
+    pub(crate) fn each_hit<S: Simd>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        t_max: f32,
+        mut found: impl FnMut(TriangleHit, u32),
+    ) {
+        let mut uncertain = self.each_certain_hit::<S, false>(simd, block, ray, t_max, &mut found);
         while uncertain != 0 {
             let lane = uncertain.trailing_zeros() as usize % BLOCK;
             uncertain &= uncertain - 1;
             if let Some(hit) = exact_hit(block, lane, ray, t_max) {
-                nearest.offer(hit, block.primitive_index(lane));
+                found(hit, block.primitive_index(lane));
             }
         }
     }
@@ -133,6 +162,22 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         nearest: &mut Nearest,
     ) -> u32 {
         let t_max = nearest.t();
+        let mut offer = |hit, primitive_index| {
+            nearest.offer(hit, primitive_index);
+        };
+        self.each_certain_hit::<S, INLINE>(simd, block, ray, t_max, &mut offer)
+    }
+
+    /// [`BlockRay::each_hit`] without the triangles that take double precision, which it returns, one bit each.
+    #[inline(always)]
+    fn each_certain_hit<S: Simd, const INLINE: bool>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_>,
+        ray: &Ray,
+        t_max: f32,
+        found: &mut impl FnMut(TriangleHit, u32),
+    ) -> u32 {
         let Some(plane_hits) = self.intersect_planes::<S, false, INLINE>(simd, block, ray, t_max) else { return 0 };
         let (entered, entry) = self.intersect_bounds(simd, block, t_max);
         let mut hits = plane_hits.hits & entered.to_bitmask() as u32;
@@ -142,7 +187,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
             while hits != 0 {
                 let lane = hits.trailing_zeros() as usize % BLOCK;
                 hits &= hits - 1;
-                nearest.offer(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
+                found(TriangleHit { t: t[lane], u: u[lane], v: v[lane] }, block.primitive_index(lane));
             }
         }
         plane_hits.uncertain

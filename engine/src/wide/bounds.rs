@@ -5,7 +5,7 @@
 use std::fmt::Debug;
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f32x8};
 
 use crate::geometry::Ray;
 use crate::tree::Container;
@@ -36,6 +36,8 @@ pub trait WideContainer: Container + RayRows {
     fn load(bounds: &Self::Bounds, lane: usize) -> Self;
     /// Prepares ray `at` of `rays`.
     fn prepare<S: Simd, const N: usize>(simd: S, rays: &RayLanes<N>, at: usize) -> Self::Prepared<S>;
+    /// [`Container::distance_squared`] of eight containers from a point whose coordinates are in all lanes; infinite in unused lanes.
+    fn distances_squared<S: Simd>(simd: S, bounds: &Self::Bounds, point: [f32x8<S>; 3]) -> f32x8<S>;
     /// Prepares a single ray for the shorter test, and for triangles; `None` where only [`WideContainer::prepare`] will do.
     fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(Self::Fused<S>, TriangleLanes<1>)>;
 }

@@ -83,6 +83,17 @@ impl WideContainer for Aabb {
     }
 
     #[inline(always)]
+    fn distances_squared<S: Simd>(simd: S, bounds: &BoxLanes, point: [f32x8<S>; 3]) -> f32x8<S> {
+        let zero = f32x8::splat(simd, 0.0);
+        let outside = each!(axis => {
+            let low = f32x8::load_array_ref(simd, &bounds.0[axis][0]);
+            let high = f32x8::load_array_ref(simd, &bounds.0[axis][1]);
+            (low - point[axis]).max(point[axis] - high).max(zero)
+        });
+        outside[0] * outside[0] + outside[1] * outside[1] + outside[2] * outside[2]
+    }
+
+    #[inline(always)]
     fn prepare_fused<S: Simd>(simd: S, ray: &Ray) -> Option<(FusedBoxRay, TriangleLanes<1>)> {
         FusedBoxRay::new(simd, ray)
     }

@@ -5,7 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
 
-use crate::geometry::{Aabb, DIAGONAL_PAD, Dop14, FAR_SLACK, PARALLEL_PAD, Ray};
+use crate::geometry::{Aabb, DIAGONAL_PAD, Dop14, FAR_SLACK, PARALLEL_PAD, PER_DIAGONAL, Ray};
 use crate::kernel::each;
 use crate::kernel::lanes::Lanes;
 use crate::wide::bounds::{Whole, WideContainer};
@@ -127,6 +127,18 @@ impl WideContainer for Dop14 {
             ray.negative_inverse[diagonal] = f32x8::splat(simd, inverse);
         }
         ray
+    }
+
+    #[inline(always)]
+    fn distances_squared<S: Simd>(simd: S, bounds: &DopLanes, point: [f32x8<S>; 3]) -> f32x8<S> {
+        let (mut farthest, largest) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, f32::MAX));
+        let pad = (point[0].abs() + point[1].abs() + point[2].abs()) * DIAGONAL_PAD;
+        for (along, [low, high]) in along_diagonals(point).into_iter().zip(&bounds.planes) {
+            let [low, high] = [f32x8::load_array_ref(simd, low), f32x8::load_array_ref(simd, high)];
+            let outside = (low - along).max(along - high) - pad;
+            farthest = farthest.max(outside.simd_le(largest).select(outside * PER_DIAGONAL, farthest));
+        }
+        Aabb::distances_squared(simd, &bounds.boxes, point).max(farthest * farthest)
     }
 
     #[inline(always)]

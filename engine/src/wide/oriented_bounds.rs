@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x8, mask32x8};
 use glam::Vec3;
 
 use crate::geometry::{Aabb, FAR_SLACK, FARTHEST, ORIENTED_PAD, OrientedBox, PARALLEL_PAD, Ray};
@@ -13,6 +13,7 @@ use crate::wide::bounds::{Whole, WideContainer};
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::layout::WIDTH;
 use crate::wide::ray_lanes::{OTHER_ROWS, RayLanes, RayRows, TriangleLanes};
+use crate::wide::sphere_bounds::dot;
 
 /// Eight oriented boxes. Rays are tested against the planes alone.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -122,6 +123,22 @@ impl WideContainer for OrientedBox {
             pad: f32x8::splat(simd, rays.others[6][at % N]),
             t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn distances_squared<S: Simd>(simd: S, bounds: &OrientedLanes, point: [f32x8<S>; 3]) -> f32x8<S> {
+        let (mut farthest, largest) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, f32::MAX));
+        let size = point[0].abs() + point[1].abs() + point[2].abs();
+        let is_bounded = size.simd_le(f32x8::splat(simd, FARTHEST));
+        for at in 0..3 {
+            let normal = each!(axis => f32x8::load_array_ref(simd, &bounds.normals[at][axis]));
+            let [low, high] = each_plane(simd, &bounds.planes[at]);
+            let along = dot(normal, point);
+            let outside = (low - along).max(along - high) - size * ORIENTED_PAD;
+            let distance = outside / dot(normal, normal).sqrt();
+            farthest = farthest.max((distance.simd_le(largest) & is_bounded).select(distance, farthest));
+        }
+        Aabb::distances_squared(simd, &bounds.boxes, point).max(farthest * farthest)
     }
 
     #[inline(always)]

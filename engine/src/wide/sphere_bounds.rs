@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Select, Simd, SimdBase, f32x8, mask32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x8, mask32x8};
 
 use crate::geometry::{Ray, SPHERE_ENTRY_ERROR, SPHERE_SQUARE_ERROR, SPHERE_T_ERROR, SPHERE_TINY_RADIUS, Sphere};
 use crate::kernel::each;
@@ -98,6 +98,18 @@ impl WideContainer for Sphere {
             inverse_length: f32x8::splat(simd, rays.others[6][at % N]),
             t_min: f32x8::splat(simd, rays.triangles.t_min[at % N]),
         }
+    }
+
+    #[inline(always)]
+    fn distances_squared<S: Simd>(simd: S, bounds: &SphereLanes, point: [f32x8<S>; 3]) -> f32x8<S> {
+        let (zero, largest) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, f32::MAX));
+        let radius = f32x8::load_array_ref(simd, &bounds.radius);
+        let to = each!(axis => f32x8::load_array_ref(simd, &bounds.center[axis]) - point[axis]);
+        let distance = dot(to, to).sqrt();
+        let error = (to[0].abs() + to[1].abs() + to[2].abs() + radius) * SPHERE_ENTRY_ERROR;
+        let outside = (distance - radius - error).max(zero);
+        let bound = distance.simd_le(largest).select(outside * outside, zero);
+        radius.simd_lt(zero).select(f32x8::splat(simd, f32::INFINITY), bound)
     }
 
     #[inline(always)]

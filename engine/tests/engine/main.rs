@@ -25,6 +25,7 @@ mod needles;
 mod node_metrics;
 mod optimize;
 mod oriented;
+mod queries;
 mod ray_events;
 mod refit;
 mod regret;

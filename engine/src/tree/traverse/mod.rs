@@ -29,7 +29,7 @@ pub use probe::{NoProbe, Probe, TestCounts};
 pub use ray_event::RayEvent;
 pub use ray_log::RayLog;
 pub use walk::{StackEntry, new_stack};
-use walk::{walk, with_stack};
+pub(crate) use walk::{walk, with_stack};
 
 /// Order in which a ray visits nodes. It changes the number of tests, never the hit.
 ///

@@ -35,7 +35,7 @@ const LEAST_STACK: usize = 256;
 /// is entered beyond `t_max` is skipped; without it, nodes are visited in their order. Children at equal distances keep their
 /// order.
 #[inline(always)]
-pub(super) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
+pub(crate) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
     simd: S,
     tree: &Tree<C>,
     ray: &PreparedRay,
@@ -268,7 +268,7 @@ const SMALL_STACK: usize = 64;
 
 /// Calls `run` with a stack for a tree of depth `max_depth`.
 #[inline(always)]
-pub(super) fn with_stack<R>(max_depth: u32, run: impl FnOnce(&mut [StackEntry]) -> R) -> R {
+pub(crate) fn with_stack<R>(max_depth: u32, run: impl FnOnce(&mut [StackEntry]) -> R) -> R {
     if max_depth as usize <= SMALL_STACK {
         run(&mut [StackEntry::NONE; SMALL_STACK])
     } else {

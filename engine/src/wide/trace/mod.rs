@@ -1,8 +1,10 @@
 //! Traversal of wide trees: single rays, packets of coherent rays from one point, and streams of incoherent rays. All
 //! find the same hits.
 
+pub(crate) mod all_hits;
 pub(crate) mod beam;
 mod cache_lines;
+pub(crate) mod closest_point;
 pub mod packet;
 mod packet_tree;
 pub(crate) mod single;
@@ -11,9 +13,11 @@ pub(crate) mod stream;
 
 pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
 use fearless_simd::{Level, Simd};
+use glam::Vec3;
 
 use crate::geometry::{Hit, Ray};
 use crate::kernel::simd::{baseline, dispatch};
+use crate::query::{ClosestPoint, HitList, NearestPoint};
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::AnyWideTree;
@@ -137,5 +141,29 @@ impl AnyWideTree {
                 return_at_few_levels!(level, simd => stream::closest_hits(simd, tree, rays, hits))
             }
         }
+    }
+
+    /// The hits of `ray` into `hits`: each triangle once, by distance, at equal distances by index, at most the `max` nearest. Returns
+    /// whether there are more.
+    pub fn all_hits(&self, level: Level, ray: &Ray, max: usize, hits: &mut Vec<Hit>) -> bool {
+        let mut list = HitList::new(hits, max, ray.t_max);
+        self.add_all_hits(level, ray, &mut list);
+        list.finish()
+    }
+
+    fn add_all_hits(&self, level: Level, ray: &Ray, list: &mut HitList<'_>) {
+        with_wide_tree!(self, tree => return_at_few_levels!(level, simd => all_hits::all_hits(simd, tree, ray, list)));
+    }
+
+    /// The point of the triangles that is nearest to `point`; `None` where none lies within `radius`, in world units, which may be
+    /// infinite. Equal distances go to the lower index.
+    pub fn closest_point(&self, level: Level, point: Vec3, radius: f32) -> Option<ClosestPoint> {
+        let mut nearest = NearestPoint::new(point, radius)?;
+        self.offer_points(level, &mut nearest);
+        nearest.found()
+    }
+
+    fn offer_points(&self, level: Level, nearest: &mut NearestPoint) {
+        with_wide_tree!(self, tree => return_at_few_levels!(level, simd => closest_point::closest_point(simd, tree, nearest)));
     }
 }

@@ -260,16 +260,16 @@ fn push_all_but_next<C: WideContainer, P: Probe, const ANY: bool>(
 
 /// A child to visit and its distance of entry, which is not negative, in one number: nearer ones are smaller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Waiting(u64);
+pub(crate) struct Waiting(u64);
 
 impl Waiting {
     #[inline(always)]
-    fn new(entry: f32, child: Child) -> Self {
+    pub(crate) fn new(entry: f32, child: Child) -> Self {
         Self(u64::from(entry.to_bits()) << 32 | u64::from(child.bits()))
     }
 
     #[inline(always)]
-    fn entry(self) -> f32 {
+    pub(crate) fn entry(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
     }
 
@@ -280,7 +280,7 @@ impl Waiting {
     }
 
     #[inline(always)]
-    fn child(self) -> Child {
+    pub(crate) fn child(self) -> Child {
         Child(self.0 as u32)
     }
 }
@@ -306,7 +306,7 @@ fn predicted(children: &[Child; WIDTH], lane: usize) -> Child {
 
 /// Removes the lowest lane from `lanes`.
 #[inline(always)]
-fn take_lane(lanes: &mut u32) -> usize {
+pub(crate) fn take_lane(lanes: &mut u32) -> usize {
     let lane = lanes.trailing_zeros() as usize % WIDTH;
     *lanes &= *lanes - 1;
     lane

@@ -1,22 +1,27 @@
 //! Building a hierarchy that is ready to be traced: the binary tree, the wide tree made from it, and the report of the build.
 
-use std::time::{Duration, Instant};
+mod report;
+mod wide;
 
-use fearless_simd::Level;
+use std::ops::ControlFlow;
+
+use glam::Vec3;
 
 use crate::aac::build_cache::BuildCache;
 use crate::builders::{BuildError, build_binary_with_cache};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
+use crate::query::{self, ClosestPoint};
 use crate::settings::BuildSettings;
-use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
 use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
 use crate::tree::statistics::{TreeStats, tree_stats};
 use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
-use crate::wide::{AnyWideTree, NodeForm};
 use crate::with_tree;
+
+pub use report::BuildReport;
+pub use wide::WideBvh;
 
 /// A bounding volume hierarchy over a list of triangles, ready to be traced. Made by [`build`]; immutable, `Send` and `Sync`.
 ///
@@ -47,33 +52,6 @@ pub struct BinaryBvh {
     pub tree: AnyTree,
     /// Times, statistics and sizes.
     pub report: BuildReport,
-}
-
-/// The wide tree of a [`Bvh`], traced with the best SIMD level of this machine. [`AnyWideTree`] offers the others.
-#[derive(Debug, Clone)]
-pub struct WideBvh {
-    /// Nodes and leaves.
-    pub tree: AnyWideTree,
-    /// Wall-clock time of the collapse; not part of [`BuildReport::build_time`], which is the paper's.
-    pub collapse_time: Duration,
-    triangle_count: usize,
-}
-
-/// Times, statistics and sizes of one build.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BuildReport {
-    /// Time of each stage, and which stages were reused from an earlier build.
-    pub stages: StageTimes,
-    /// Wall-clock time of this build: the sum of the stages that ran. Nothing of an earlier build is counted.
-    pub build_time: Duration,
-    /// Number of threads in the pool that it ran in.
-    pub threads: usize,
-    /// Statistics of the binary tree.
-    pub stats: TreeStats,
-    /// Bytes of nodes and of primitive indices.
-    pub tree_bytes: usize,
-    /// Bytes of the triangles in leaf order.
-    pub triangle_bytes: usize,
 }
 
 /// Builds a hierarchy over `triangles` (all coordinates finite) in the calling thread's rayon pool. Reports progress through
@@ -249,6 +227,118 @@ impl Bvh {
         self.wide.any_hits(rays, blocked);
     }
 
+    /// The hits of `ray` between its `t_min` and `t_max`, into `hits`: each triangle once, by distance, at equal distances by index, at
+    /// most the `max` nearest. Returns whether there are more. Replaces what `hits` held, whose memory is used again.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// let at = |z: f32| Triangle { a: Vec3::Z * z, b: Vec3::X + Vec3::Z * z, c: Vec3::Y + Vec3::Z * z };
+    /// let bvh = build(&[at(2.0), at(0.0), at(1.0)], &BuildSettings::default(), &CancelToken::new())?;
+    /// let ray = Ray::new(Vec3::new(0.2, 0.2, 5.0), Vec3::NEG_Z);
+    /// let mut hits = Vec::new();
+    /// assert!(!bvh.all_hits(&ray, usize::MAX, &mut hits));
+    /// let found: Vec<_> = hits.iter().map(|hit| (hit.primitive_index, hit.t)).collect();
+    /// assert_eq!(found, [(0, 3.0), (2, 4.0), (1, 5.0)]);
+    /// assert!(bvh.all_hits(&ray, 2, &mut hits) && hits.len() == 2);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn all_hits(&self, ray: &Ray, max: usize, hits: &mut Vec<Hit>) -> bool {
+        self.wide.all_hits(ray, max, hits)
+    }
+
+    /// Calls `visit` with the hits of `ray` in the order of [`Bvh::all_hits`] until it breaks. Only as many are sought as it takes.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// use std::ops::ControlFlow;
+    ///
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 3];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// # let ray = Ray::new(Vec3::new(0.2, 0.2, 5.0), Vec3::NEG_Z);
+    /// // The first hit of a triangle that is not a cut-out.
+    /// let mut seen = None;
+    /// bvh.visit_hits(&ray, |hit| {
+    ///     let is_opaque = hit.primitive_index != 0;
+    ///     seen = is_opaque.then_some(*hit);
+    ///     if is_opaque { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    /// });
+    /// assert_eq!(seen.map(|hit| hit.primitive_index), Some(1));
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn visit_hits(&self, ray: &Ray, visit: impl FnMut(&Hit) -> ControlFlow<()>) {
+        self.wide.visit_hits(ray, visit);
+    }
+
+    /// Number of the hits of `ray`.
+    pub fn count_hits(&self, ray: &Ray) -> usize {
+        self.wide.count_hits(ray)
+    }
+
+    /// The point of the triangles that is nearest to `point`; `None` where none lies within `radius`, in world units, which may be
+    /// infinite. Equal distances go to the lower primitive index.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Triangle, build};
+    /// use bvhscope_engine::geometry::Feature;
+    ///
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let above = Vec3::new(0.25, 0.5, 2.0);
+    /// let nearest = bvh.closest_point(above, f32::INFINITY).expect("there is a triangle");
+    /// assert_eq!((nearest.distance, nearest.u, nearest.v, nearest.feature), (2.0, 0.25, 0.5, Feature::Face));
+    /// assert_eq!(bvh.closest_point(above, 1.5), None);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn closest_point(&self, point: Vec3, radius: f32) -> Option<ClosestPoint> {
+        self.wide.closest_point(point, radius)
+    }
+
+    /// Whether `point` lies inside of the mesh, which must be closed ([`Edges::is_closed`](crate::query::closed::Edges::is_closed)); for
+    /// another mesh the answer means nothing. A point on the surface, but for rounding, may lie on either side.
+    pub fn contains(&self, point: Vec3) -> bool {
+        self.wide.contains(point)
+    }
+
+    /// Distance of `point` to the mesh, which must be closed, negative inside; `None` for a mesh without triangles and for a point that is
+    /// not finite. See [`Bvh::contains`].
+    pub fn signed_distance(&self, point: Vec3) -> Option<f64> {
+        self.wide.signed_distance(point)
+    }
+
+    /// [`Bvh::all_hits`] through the binary tree, with the number of container and primitive tests. `triangles` is the list that the
+    /// tree was built from.
+    pub fn all_hits_counted(
+        &self,
+        ray: &Ray,
+        triangles: &[Triangle],
+        max: usize,
+        hits: &mut Vec<Hit>,
+    ) -> (bool, TestCounts) {
+        let mut counts = TestCounts::default();
+        let leaf_triangles = IndexedTriangles { triangles, indices: self.tree.primitive_indices() };
+        let has_more = with_tree!(&self.tree, tree =>
+            query::all_hits_counted(tree, leaf_triangles, ray, max, hits, &mut counts));
+        (has_more, counts)
+    }
+
+    /// [`Bvh::closest_point`] through the binary tree, with the number of container and primitive tests. `triangles` is the list that
+    /// the tree was built from.
+    pub fn closest_point_counted(
+        &self,
+        point: Vec3,
+        triangles: &[Triangle],
+        radius: f32,
+    ) -> (Option<ClosestPoint>, TestCounts) {
+        let mut counts = TestCounts::default();
+        let leaf_triangles = IndexedTriangles { triangles, indices: self.tree.primitive_indices() };
+        let found = with_tree!(&self.tree, tree =>
+            query::closest_point(tree, leaf_triangles, point, radius, &mut counts));
+        (found, counts)
+    }
+
     /// [`Bvh::closest_hit`] through the binary tree, with the number of container and primitive tests that `traversal` takes.
     /// `triangles` is the list that the tree was built from.
     ///
@@ -318,59 +408,5 @@ impl Bvh {
     /// ```
     pub fn validate(&self, triangles: &[Triangle]) -> Result<(), String> {
         validate(&self.tree, triangles)
-    }
-}
-
-impl WideBvh {
-    /// Collapses `tree` over `triangles` into a wide one, in the calling thread's rayon pool, with nodes of the form that suits their
-    /// number; see [`AnyWideTree::new`].
-    pub fn new(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
-        token.begin_stage("wide");
-        let start = Instant::now();
-        let tree = AnyWideTree::new(tree, triangles, NodeForm::for_triangles(triangles.len()), token)?;
-        Ok(Self { tree, collapse_time: start.elapsed(), triangle_count: triangles.len() })
-    }
-
-    /// The nearest hit of `ray`; see [`Bvh::closest_hit`].
-    #[inline]
-    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.tree.closest_hit(Level::new(), ray)
-    }
-
-    /// The nearest hits of `rays`; see [`Bvh::closest_hits`].
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.tree.closest_hits(Level::new(), rays, hits);
-    }
-
-    /// Whether anything lies on `ray`; see [`Bvh::any_hit`].
-    #[inline]
-    pub fn any_hit(&self, ray: &Ray) -> bool {
-        self.tree.any_hit(Level::new(), ray)
-    }
-
-    /// Whether anything lies on each of `rays`; see [`Bvh::any_hits`].
-    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.tree.any_hits(Level::new(), rays, blocked);
-    }
-
-    /// Bytes of nodes and leaves for each triangle.
-    pub fn bytes_per_triangle(&self) -> f64 {
-        (self.tree.node_bytes() + self.tree.leaf_bytes()) as f64 / self.triangle_count.max(1) as f64
-    }
-}
-
-impl BuildReport {
-    fn triangle_count(&self) -> usize {
-        self.triangle_bytes / size_of::<Triangle>()
-    }
-
-    /// Build rate in millions of triangles per second.
-    pub fn mtriangles_per_s(&self) -> f64 {
-        self.triangle_count() as f64 / self.build_time.as_secs_f64().max(1e-9) / 1e6
-    }
-
-    /// Bytes of the binary tree and of the triangles in leaf order, for each triangle.
-    pub fn bytes_per_triangle(&self) -> f64 {
-        (self.tree_bytes + self.triangle_bytes) as f64 / self.triangle_count().max(1) as f64
     }
 }

@@ -1,0 +1,110 @@
+//! All hits of a ray.
+
+use std::cmp::Ordering;
+use std::ops::ControlFlow;
+
+use crate::geometry::{Hit, PreparedRay, Ray, TriangleHit};
+use crate::kernel::simd::baseline;
+use crate::tree::traverse::{LeafTriangles, NoProbe, Probe, walk, with_stack};
+use crate::tree::{Container, Tree};
+
+/// The hits of a ray that a traversal has found so far, of which the nearest `max` are wanted.
+pub(crate) struct HitList<'a> {
+    hits: &'a mut Vec<Hit>,
+    max: usize,
+    /// Number of hits at which those too many are dropped.
+    room: usize,
+    t_max: f32,
+}
+
+impl<'a> HitList<'a> {
+    /// No hit yet within `t_max`. Replaces what `hits` held.
+    pub(crate) fn new(hits: &'a mut Vec<Hit>, max: usize, t_max: f32) -> Self {
+        hits.clear();
+        // A hit has a finite distance.
+        // So many more than are wanted that each hit is sorted a few times at most.
+        let room = max.saturating_mul(2).saturating_add(64);
+        Self { hits, max, room, t_max: t_max.min(f32::MAX) }
+    }
+
+    /// Distance up to which hits are wanted.
+    #[inline(always)]
+    pub(crate) fn t_max(&self) -> f32 {
+        self.t_max
+    }
+
+    /// Adds a hit no farther than [`HitList::t_max`]. That of a triangle in several leaves may come several times.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, TriangleHit { t, u, v }: TriangleHit, primitive_index: u32) {
+        self.hits.push(Hit { t, primitive_index, u, v });
+        if self.hits.len() >= self.room {
+            self.shrink();
+        }
+    }
+
+    /// Sorts the hits, and keeps one more than are wanted, which tells that there are more.
+    #[cold]
+    fn shrink(&mut self) {
+        self.hits.sort_unstable_by(by_distance);
+        self.hits.dedup_by_key(|hit| hit.primitive_index);
+        if self.hits.len() > self.max {
+            self.hits.truncate(self.max + 1);
+            self.t_max = self.hits[self.max].t;
+        }
+    }
+
+    /// Leaves the nearest hits in the list, in order. Returns whether there are more.
+    pub(crate) fn finish(mut self) -> bool {
+        self.shrink();
+        let has_more = self.hits.len() > self.max;
+        self.hits.truncate(self.max);
+        has_more
+    }
+}
+
+/// The nearer hit first, of equal distances that of the lower index.
+fn by_distance(a: &Hit, b: &Hit) -> Ordering {
+    a.t.partial_cmp(&b.t).unwrap_or(Ordering::Equal).then(a.primitive_index.cmp(&b.primitive_index))
+}
+
+/// The hits of `ray` with the triangles of `tree` between its `t_min` and `t_max`, into `hits`: each triangle once, by distance, at equal
+/// distances by index, at most the `max` nearest. Returns whether there are more. `tree` may have any arity.
+pub fn all_hits<C: Container>(
+    tree: &Tree<C>,
+    leaf_triangles: impl LeafTriangles,
+    ray: &Ray,
+    max: usize,
+    hits: &mut Vec<Hit>,
+) -> bool {
+    all_hits_counted(tree, leaf_triangles, ray, max, hits, &mut NoProbe)
+}
+
+/// [`all_hits`], observed by `probe`.
+pub fn all_hits_counted<C: Container, P: Probe>(
+    tree: &Tree<C>,
+    leaf_triangles: impl LeafTriangles,
+    ray: &Ray,
+    max: usize,
+    hits: &mut Vec<Hit>,
+    probe: &mut P,
+) -> bool {
+    let ray = PreparedRay::new(*ray);
+    let mut list = HitList::new(hits, max, ray.ray.t_max);
+    with_stack(tree.max_depth, |stack| {
+        walk::<_, C, P, true, false>(baseline(), tree, &ray, stack, probe, |slots, shear, probe| {
+            for (offset, triangle) in leaf_triangles.in_slots(slots.clone()).enumerate() {
+                probe.primitive_test();
+                let index = tree.primitive_indices[slots.start + offset];
+                let hit = triangle.intersect(&ray, shear, list.t_max());
+                if P::EVENTS {
+                    probe.tested(index, hit.map(|hit| hit.t));
+                }
+                if let Some(hit) = hit {
+                    list.add(hit, index);
+                }
+            }
+            ControlFlow::Continue(list.t_max())
+        });
+    });
+    list.finish()
+}

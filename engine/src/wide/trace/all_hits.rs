@@ -1,0 +1,65 @@
+//! All hits of a single ray.
+
+use fearless_simd::Simd;
+
+use crate::geometry::Ray;
+use crate::query::HitList;
+use crate::wide::block::BlockRay;
+use crate::wide::bounds::WideContainer;
+use crate::wide::box_lanes::LaneTest;
+use crate::wide::child::Child;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::trace::single::{Waiting, take_lane};
+use crate::wide::trace::stack::Stack;
+use crate::wide::tree::WideTree;
+
+/// Adds the hits of `ray` to `list`.
+#[inline(always)]
+pub(crate) fn all_hits<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, ray: &Ray, list: &mut HitList<'_>) {
+    let Some(root) = tree.root else { return };
+    // The shorter test may enter more containers, which have no more hits: a triangle's own box decides about that.
+    if let Some((container_ray, lanes)) = C::prepare_fused(simd, ray) {
+        walk(simd, tree, root, ray, &lanes, &container_ray, list);
+    } else if let Some(lanes) = RayLanes::single::<S, C>(simd, ray) {
+        walk(simd, tree, root, ray, &lanes.triangles, &C::prepare(simd, &lanes, 0), list);
+    }
+}
+
+/// [`all_hits`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`. The nearest child goes first, so that a list
+/// with a limit is soon full of near hits.
+#[inline(always)]
+fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
+    simd: S,
+    tree: &WideTree<C>,
+    root: Child,
+    ray: &Ray,
+    lanes: &TriangleLanes<1>,
+    container_ray: &T,
+    list: &mut HitList<'_>,
+) {
+    let block_ray = BlockRay::new(lanes, 0);
+    let mut stack = Stack::new();
+    stack.push(Waiting::new(0.0, root));
+    while let Some(waiting) = stack.pop() {
+        let (current, t_max) = (waiting.child(), list.t_max());
+        if waiting.entry() > t_max * T::SLACK {
+            continue;
+        }
+        if current.is_leaf() {
+            for block in tree.leaves.blocks(current) {
+                block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit, index));
+            }
+            continue;
+        }
+        let mut space = None;
+        let (bounds, children) = tree.node(current).unpack(simd, &mut space);
+        let (mut entered, entries) = container_ray.intersect(simd, bounds, t_max);
+        let mark = stack.reserve();
+        while entered != 0 {
+            let lane = take_lane(&mut entered);
+            tree.prefetch(children[lane]);
+            stack.push(Waiting::new(entries[lane], children[lane]));
+            stack.sort_last(mark, |a, b| a < b);
+        }
+    }
+}
