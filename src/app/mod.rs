@@ -29,7 +29,7 @@ pub mod viewport;
 
 mod studies;
 
-mod views;
+pub mod views;
 
 pub mod commands;
 

@@ -55,7 +55,8 @@ fn the_outline_selects_and_follows() {
 #[test]
 fn findings_are_examined_when_asked_for() {
     let mut harness = app_of_size(vec2(1100.0, 1500.0));
-    let known = |harness: &Window| harness.state().state.lab.findings.get(&presented(harness).accel, &()).cloned();
+    let known =
+        |harness: &Window| harness.state().state.model.derived.findings.get(&presented(harness).accel, &()).cloned();
     assert!(known(&harness).is_none(), "nothing is examined while the section is folded");
     harness.get_by_label("Findings section").click();
     settle(&mut harness);
@@ -120,9 +121,9 @@ fn a_copied_state_shows_the_same_in_another_window() {
     state.preferences.dock.show("Nodes");
     let viewport_px = state.layout.viewport_px;
     state.take_ray(viewport_px.map(|side| side / 2));
-    (state.lab.population, state.lab.merges.left) = (Population::Bounce, Some(12));
+    (state.model.derived.population, state.model.cut.left) = (Population::Bounce, Some(12));
     settle(&mut harness);
-    let lab = harness.state().state.lab.shared();
+    let picture = harness.state().state.model.shared_picture();
     let (line, wanted) = (shared_state(&harness.state().state).line(), harness.state().state.wanted.clone());
 
     let mut other = app();
@@ -131,8 +132,8 @@ fn a_copied_state_shows_the_same_in_another_window() {
     let state = &other.state().state;
     assert_eq!(state.wanted, wanted);
     assert_eq!(state.preferences.dock.open.as_deref(), Some("Nodes"));
-    assert_eq!(state.lab.shared(), lab, "the ray, the merge and the kind of rays");
-    assert!(lab.ray.is_some());
+    assert_eq!(state.model.shared_picture(), picture, "the ray, the merge and the kind of rays");
+    assert!(picture.ray.is_some());
     assert_eq!((state.selection.nodes.selected, state.selection.nodes.hidden.contains(&second)), (Some(first), true));
 
     send(&mut other, Event::Paste("rm -rf /".to_owned()));

@@ -181,7 +181,7 @@ fn the_headline_is_the_same_in_windows_of_three_sizes() {
             node.accesskit_node().value().unwrap_or_default()
         };
         assert!(text(&window, "Tests per ray").starts_with("Tests per ray …"), "not counted yet");
-        window.state_mut().state.lab.at_rest.is_off = false;
+        window.state_mut().state.model.derived.at_rest.is_off = false;
         settle(&mut window);
         settle(&mut window);
         let accel = presented(&window).accel;

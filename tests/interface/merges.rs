@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::Standing;
-use bvhscope::app::state::lab::merges::{CutKind, MergePage, MergeStudy};
+use bvhscope::app::state::picture_cut::{CutKind, MergePage, MergeStudy};
 use bvhscope::render::Shading;
 use bvhscope_engine::Preset;
 use bvhscope_engine::cancel::CancelToken;
@@ -26,12 +26,12 @@ fn open() -> Window {
 }
 
 fn study(harness: &Window) -> Arc<Result<MergeStudy, String>> {
-    harness.state().state.lab.merges.known(&presented(harness).accel).expect("the merges are recorded")
+    harness.state().state.model.cut.known(&presented(harness).accel).expect("the merges are recorded")
 }
 
 fn step(harness: &Window) -> Option<u32> {
     let study = study(harness);
-    harness.state().state.lab.merges.step(&study.as_ref().as_ref().unwrap().merges)
+    harness.state().state.model.cut.step(&study.as_ref().as_ref().unwrap().merges)
 }
 
 fn standing(harness: &Window) -> Arc<Standing> {
@@ -78,7 +78,7 @@ fn keys_walk_through_the_merges_and_the_overlay_follows() {
 #[test]
 fn playing_stops_at_the_end() {
     let mut harness = open();
-    harness.state_mut().state.lab.merges.speed = 1e6;
+    harness.state_mut().state.model.cut.speed = 1e6;
     harness.get_by_label("Play").click();
     settle(&mut harness);
     assert_eq!(step(&harness), Some(steps(&harness)));
@@ -106,7 +106,7 @@ fn every_order_ends_with_the_root_and_a_new_tree_keeps_the_number_left() {
         let merges = &known.as_ref().as_ref().unwrap().merges;
         assert_eq!((merges.order(), merges.made_at(merges.timeline.steps())), (order, Some(0)));
     }
-    harness.state_mut().state.lab.merges.left = Some(7);
+    harness.state_mut().state.model.cut.left = Some(7);
     harness.state_mut().state.wanted.build.threshold = 17;
     settle(&mut harness);
     let clusters = standing(&harness);
@@ -134,7 +134,7 @@ fn selecting_a_node_shows_its_merge_and_why() {
 #[test]
 fn cuts_need_no_step() {
     let mut harness = open();
-    let merges = &mut harness.state_mut().state.lab.merges;
+    let merges = &mut harness.state_mut().state.model.cut;
     (merges.cut_kind, merges.cut_triangles) = (CutKind::Triangles, 50);
     settle(&mut harness);
     let clusters = standing(&harness);
@@ -161,7 +161,7 @@ fn cluster_colours_show_the_clusters_that_are_drawn() {
     ] {
         let preset = if passes { Preset::Best } else { Preset::Fast };
         harness.state_mut().state.wanted.build = BuildSettings::preset(preset, ContainerKind::Aabb);
-        let merges = &mut harness.state_mut().state.lab.merges;
+        let merges = &mut harness.state_mut().state.model.cut;
         (merges.left, merges.cut_kind) = (Some(left), kind);
         (merges.cut_area, merges.cut_triangles) = (0.02, 50);
         settle(&mut harness);
@@ -182,10 +182,10 @@ fn cluster_colours_show_the_clusters_that_are_drawn() {
         assert_ne!(shown.frame.rgba, by_depth.rgba);
     }
     harness.state_mut().state.wanted.build = BuildSettings::default();
-    harness.state_mut().state.lab.merges.clear();
+    harness.state_mut().state.model.cut.clear();
     settle(&mut harness);
     assert_eq!(presented(&harness).frame.rgba, by_depth.rgba, "the depth again");
-    harness.state_mut().state.lab.merges.cut_kind = CutKind::Area;
+    harness.state_mut().state.model.cut.cut_kind = CutKind::Area;
     press(&mut harness, Modifiers::NONE, Key::F6);
     assert!(presented(&harness).frame.clusters.is_none(), "a closed view changes nothing");
 }
@@ -194,7 +194,7 @@ fn cluster_colours_show_the_clusters_that_are_drawn() {
 fn trees_with_passes_and_trees_of_other_builders_say_what_is_shown() {
     let mut harness = open();
     harness.state_mut().state.wanted.build = BuildSettings::preset(Preset::Best, ContainerKind::Aabb);
-    harness.state_mut().state.lab.merges.left = Some(20);
+    harness.state_mut().state.model.cut.left = Some(20);
     settle(&mut harness);
     assert!(harness.query_by_label_contains("before its passes").is_some());
     let clusters = standing(&harness);
@@ -212,7 +212,7 @@ fn trees_with_passes_and_trees_of_other_builders_say_what_is_shown() {
 #[test]
 fn the_curve_is_dragged_and_the_price_is_compared() {
     let mut harness = open();
-    harness.state_mut().state.lab.merges.page = MergePage::Reduction;
+    harness.state_mut().state.model.cut.page = MergePage::Reduction;
     settle(&mut harness);
     let before = harness.state().state.wanted.build;
     let at = harness.get_by_label("Threshold on the curve").rect().center();
@@ -230,7 +230,7 @@ fn the_curve_is_dragged_and_the_price_is_compared() {
 
     let first = presented(&harness).table.children(0).start;
     harness.state_mut().state.select_node(first);
-    harness.state_mut().state.lab.merges.page = MergePage::Price;
+    harness.state_mut().state.model.cut.page = MergePage::Price;
     settle(&mut harness);
     harness.get_by_label_contains("Compare node").click();
     settle(&mut harness);

@@ -7,6 +7,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bvhscope::app::commands::{Action, CompareStep, command_line, shared_state};
 use bvhscope::app::state::{AppState, CompareView, Presented, Request};
+use bvhscope::app::views::motion::MotionView;
 use bvhscope::catalog::metrics::GROWTH;
 use bvhscope::lab::node_values::NodeValues;
 use bvhscope::overlay::ColorBy;
@@ -287,38 +288,38 @@ fn measured() -> Window {
 #[test]
 fn the_view_measures_each_policy_over_the_clip() {
     let mut harness = measured();
-    let curves = harness.state().state.lab.motion.curves().cloned().expect("measured");
+    let curves = harness.state().state.views.get::<MotionView>().curves().cloned().expect("measured");
     let curves = curves.as_ref().as_ref().unwrap();
     assert_eq!(curves.iter().map(|curve| curve.policy).collect::<Vec<_>>(), Policy::ALL);
     assert!(curves.iter().all(|curve| curve.rows.len() == 10));
     assert!(harness.query_by_label("Plot of SAH cost over the clip").is_some());
-    assert_eq!(harness.state().state.lab.motion.hidden, [Policy::Keep]);
+    assert_eq!(harness.state().state.views.get::<MotionView>().hidden, [Policy::Keep]);
     harness.get_by_role_and_label(Role::Button, "Refit").click();
     settle(&mut harness);
-    assert_eq!(harness.state().state.lab.motion.hidden, [Policy::Keep, Policy::Refit]);
+    assert_eq!(harness.state().state.views.get::<MotionView>().hidden, [Policy::Keep, Policy::Refit]);
     assert!(harness.query_by_label_contains("Cheapest with").is_some());
     // A step in time measures nothing anew; another container does, without what moves subtrees of boxes only.
-    let before = harness.state().state.lab.motion.curves().cloned().unwrap();
+    let before = harness.state().state.views.get::<MotionView>().curves().cloned().unwrap();
     press(&mut harness, Modifiers::SHIFT, Key::ArrowRight);
-    assert!(Arc::ptr_eq(&before, harness.state().state.lab.motion.curves().unwrap()));
+    assert!(Arc::ptr_eq(&before, harness.state().state.views.get::<MotionView>().curves().unwrap()));
     state(&mut harness).wanted.build.container = ContainerKind::Sphere;
     settle(&mut harness);
-    let curves = harness.state().state.lab.motion.curves().cloned().unwrap();
+    let curves = harness.state().state.views.get::<MotionView>().curves().cloned().unwrap();
     assert_eq!(curves.as_ref().as_ref().unwrap().len(), Policy::ALL.len() - 1);
     // A model that stands still has nothing to measure.
     state(&mut harness).activity.requests.push(Request::Open(builtin("teapot", 2)));
     settle(&mut harness);
     assert!(harness.query_by_label_contains("This model stands still").is_some());
-    assert!(harness.state().state.lab.motion.curves().is_none());
+    assert!(harness.state().state.views.get::<MotionView>().curves().is_none());
 }
 
 #[test]
 fn a_click_goes_to_the_frame_with_a_tree_by_the_policy() {
     let mut harness = measured();
-    state(&mut harness).lab.motion.hidden =
+    state(&mut harness).views.get_mut::<MotionView>().hidden =
         Policy::ALL.into_iter().filter(|policy| *policy != Policy::Rotate).collect();
     settle(&mut harness);
-    let curves = harness.state().state.lab.motion.curves().cloned().unwrap();
+    let curves = harness.state().state.views.get::<MotionView>().curves().cloned().unwrap();
     let curve = curves.as_ref().as_ref().unwrap().iter().find(|curve| curve.policy == Policy::Rotate).unwrap();
     let plot = harness.get_by_label("Plot of SAH cost over the clip").rect();
     // Of a single curve, the pointer finds some point within reach on the way down.
@@ -390,7 +391,8 @@ fn open_views_follow_while_the_model_plays() {
             if seen.last() != Some(&moment) {
                 seen.push(moment);
             }
-            let visits = model.in_views().and_then(|shown| harness.state().state.lab.known_visits(&shown.accel));
+            let visits =
+                model.in_views().and_then(|shown| harness.state().state.model.derived.known_visits(&shown.accel));
             assert!(visits.is_some() || !["Nodes", "Plots"].contains(&view), "{view}: visits are those of its tree");
             if model.is_view_behind() {
                 behind += 1;

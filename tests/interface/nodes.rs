@@ -1,6 +1,8 @@
 //! The views of nodes in the dock: the list of worst nodes and the icicle.
 
 use crate::harness::{Window, app, camera, double_click, presented, press, settle};
+use bvhscope::app::views::icicle::IcicleView;
+use bvhscope::app::views::nodes::NodesView;
 use bvhscope::catalog::metrics;
 use bvhscope::lab::icicle::IcicleWidth;
 use egui::accesskit::Role;
@@ -16,7 +18,7 @@ fn open(view: &str) -> Window {
 
 fn ranked(harness: &Window) -> Vec<u32> {
     let accel = presented(harness).accel;
-    harness.state().state.lab.nodes.ranking.of_tree(&accel).expect("ranked").to_vec()
+    harness.state().state.views.get::<NodesView>().ranking.of_tree(&accel).expect("ranked").to_vec()
 }
 
 fn selected(harness: &Window) -> Option<u32> {
@@ -76,7 +78,7 @@ fn the_worst_nodes_are_sorted_selected_and_stepped_through() {
     press(&mut harness, Modifiers::ALT, Key::Comma);
     assert_eq!(selected(&harness), Some(by_visits[0]), "there is none before the worst");
 
-    let rays = |harness: &Window| harness.state().state.lab.rays(&presented(harness).accel.scene);
+    let rays = |harness: &Window| harness.state().state.model.derived.rays(&presented(harness).accel.scene);
     let old = rays(&harness);
     harness.get_by_label("Measure this view").click();
     settle(&mut harness);
@@ -102,7 +104,7 @@ fn the_icicle_lights_up_selects_zooms_and_is_walked_by_keys() {
     let mut harness = open("Icicle");
     let accel = presented(&harness).accel;
     let table = presented(&harness).table;
-    let layout = harness.state().state.lab.icicle.last_layout(&accel).expect("laid out").clone();
+    let layout = harness.state().state.views.get::<IcicleView>().last_layout(&accel).expect("laid out").clone();
     let rect = harness.get_by_label_contains("Icicle of ").rect();
     let levels = layout.icicle.level_count() as f32;
     assert!(levels > 5.0, "all levels are shown");
@@ -114,7 +116,7 @@ fn the_icicle_lights_up_selects_zooms_and_is_walked_by_keys() {
     harness.run_steps(3);
     assert_eq!((cell.node, hovered(&harness)), (1, Some(1)));
     double_click(&mut harness, at);
-    let view = |harness: &Window| harness.state().state.lab.icicle.top();
+    let view = |harness: &Window| harness.state().state.views.get::<IcicleView>().top();
     assert_eq!((selected(&harness), view(&harness)), (Some(1), 1), "zoomed to the node");
     assert!(harness.query_by_label("Root").is_some(), "the way back is named");
     press(&mut harness, Modifiers::NONE, Key::ArrowDown);
@@ -134,11 +136,11 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
     let mut harness = app();
     let accel = presented(&harness).accel;
     let known = |harness: &Window| {
-        let lab = &harness.state().state.lab;
+        let state = &harness.state().state;
         [
-            lab.visits.of_tree(&accel).is_some(),
-            lab.nodes.ranking.of_tree(&accel).is_some(),
-            lab.icicle.sums.of_tree(&accel).is_some() || accel.known_regrets().is_some(),
+            state.model.derived.visits.of_tree(&accel).is_some(),
+            state.views.get::<NodesView>().ranking.of_tree(&accel).is_some(),
+            state.views.get::<IcicleView>().sums.of_tree(&accel).is_some() || accel.known_regrets().is_some(),
         ]
     };
     assert_eq!(known(&harness), [false; 3]);
@@ -146,12 +148,12 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
     settle(&mut harness);
     assert_eq!(known(&harness), [false, false, true], "shares of cost need no rays");
     assert!(accel.known_regrets().is_none());
-    harness.state_mut().state.lab.icicle.width = IcicleWidth::Visits;
-    harness.state_mut().state.lab.icicle.color = metrics::VISIT_RATIO;
+    harness.state_mut().state.views.get_mut::<IcicleView>().width = IcicleWidth::Visits;
+    harness.state_mut().state.views.get_mut::<IcicleView>().color = metrics::VISIT_RATIO;
     settle(&mut harness);
     assert_eq!(known(&harness), [true, false, true]);
-    let visits = harness.state().state.lab.known_visits(&accel).expect("measured").0;
-    let root = harness.state().state.lab.icicle.sums.of_tree(&accel).expect("summed")[0];
+    let visits = harness.state().state.model.derived.known_visits(&accel).expect("measured").0;
+    let root = harness.state().state.views.get::<IcicleView>().sums.of_tree(&accel).expect("summed")[0];
     assert!(
         (f64::from(root) - visits.counts.iter().map(|&count| f64::from(count)).sum::<f64>()).abs()
             < 1.0 + f64::from(root) * 1e-5

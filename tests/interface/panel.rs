@@ -9,6 +9,7 @@ use bvhscope::accel::Accel;
 use bvhscope::app::panels;
 use bvhscope::app::state::paper::{Experiment, PaperResult};
 use bvhscope::app::state::{AppState, Preferences, Presented, Wanted};
+use bvhscope::app::views;
 use bvhscope::camera::Camera;
 use bvhscope::lab::{Subject, TraceView};
 use bvhscope::overlay::NodeTable;
@@ -47,6 +48,7 @@ pub fn state(shading: Shading) -> AppState {
     wanted.render.shading = shading;
     wanted.render.samples = 1;
     let mut state = AppState::new(wanted, Preferences { greeted: true, toured: true, ..Preferences::default() });
+    state.views = views::states();
     present(&mut state, &scene);
     state
 }

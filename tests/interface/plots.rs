@@ -2,9 +2,9 @@
 
 use crate::harness::{Window, app, copied, double_click, presented, press, settle};
 use crate::panel;
-use bvhscope::app::state::lab::{PlotKind, TreeQuality, TreeSet};
 use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::{AppState, Request};
+use bvhscope::app::views::plots::{PlotKind, PlotsView, TreeQuality, TreeSet};
 use bvhscope::lab::plot::{PlotFormat, draw};
 use bvhscope::lab::population::Population;
 use bvhscope::lab::visit_scatter::VisitScatter;
@@ -27,7 +27,7 @@ fn state(harness: &mut Window) -> &mut AppState {
 
 fn scatter(harness: &Window) -> std::sync::Arc<VisitScatter> {
     let accel = presented(harness).accel;
-    harness.state().state.lab.plots.scatter.of_tree(&accel).expect("measured").clone()
+    harness.state().state.views.get::<PlotsView>().scatter.of_tree(&accel).expect("measured").clone()
 }
 
 /// The trees in the plots, by their accessible names.
@@ -48,7 +48,7 @@ fn at(harness: &Window, place: [f64; 2]) -> Pos2 {
 fn its_key_opens_and_closes_it_and_only_an_open_one_measures() {
     let mut harness = app();
     let accel = presented(&harness).accel;
-    assert!(harness.state().state.lab.visits.of_tree(&accel).is_none());
+    assert!(harness.state().state.model.derived.visits.of_tree(&accel).is_none());
     press(&mut harness, Modifiers::NONE, Key::F10);
     settle(&mut harness);
     assert_eq!(harness.state().state.preferences.dock.open.as_deref(), Some("Plots"));
@@ -102,7 +102,7 @@ fn the_kind_of_rays_is_chosen_once_for_all_views() {
         harness.get_by_role_and_label(Role::ComboBox, "Rays").accesskit_node().value().as_deref(),
         Some("Random lines")
     );
-    let visits = harness.state().state.lab.known_visits(&accel).expect("measured").0;
+    let visits = harness.state().state.model.derived.known_visits(&accel).expect("measured").0;
     assert_eq!(f64::from(visits.root_hits()), f64::from(visits.rays), "those lines go through the root");
 }
 
@@ -112,7 +112,7 @@ fn a_view_without_shadow_rays_says_why() {
     state(&mut harness).wanted.render.light = Light::Headlight;
     settle(&mut harness);
     harness.get_by_label("Measure this view").click();
-    state(&mut harness).lab.population = Population::Shadow;
+    state(&mut harness).model.derived.population = Population::Shadow;
     settle(&mut harness);
     assert!(harness.query_by_label_contains("The headlight stands at the eye").is_some());
 }
@@ -166,7 +166,7 @@ fn the_list_of_trees_measures_sorts_shows_and_compares() {
         state(&mut harness).wanted.build.threshold = threshold;
         settle(&mut harness);
     }
-    state(&mut harness).lab.plots.kind = PlotKind::List;
+    state(&mut harness).views.get_mut::<PlotsView>().kind = PlotKind::List;
     press(&mut harness, Modifiers::NONE, Key::F10);
     settle(&mut harness);
     assert_eq!(rows(&harness).len(), 3);
@@ -175,10 +175,10 @@ fn the_list_of_trees_measures_sorts_shows_and_compares() {
     settle(&mut harness);
     let measured = rows(&harness);
     assert!(measured.iter().all(|(name, _)| !name.contains('–')), "{measured:?}");
-    assert!(!harness.state().state.lab.plots.measures_all);
+    assert!(!harness.state().state.views.get::<PlotsView>().measures_all);
     let accel = presented(&harness).accel;
-    let rays = harness.state().state.lab.rays(&accel.scene);
-    let trees = harness.state().state.lab.plots.session.plotted(rays);
+    let rays = harness.state().state.model.derived.rays(&accel.scene);
+    let trees = harness.state().state.views.get::<PlotsView>().session.plotted(rays);
     let shown = trees.iter().find(|tree| tree.is(&accel)).expect("listed");
     let cost = scatter(&harness).sums.cost;
     assert!((shown.cost.expect("measured") - cost).abs() < 1e-9, "as where it is shown");
@@ -217,15 +217,15 @@ fn trees_without_a_measured_cost_are_named_with_the_way_to_one() {
     }
     press(&mut harness, Modifiers::NONE, Key::F10);
     for kind in [PlotKind::Speed, PlotKind::Prediction] {
-        state(&mut harness).lab.plots.kind = kind;
+        state(&mut harness).views.get_mut::<PlotsView>().kind = kind;
         settle(&mut harness);
         assert!(harness.query_by_label_contains("2 trees are not plotted: no measured cost").is_some(), "{kind:?}");
     }
     state(&mut harness).wanted.build.threshold = 4;
     settle(&mut harness);
     assert!(harness.query_by_label_contains("1 tree is not plotted").is_some(), "showing one measures it");
-    state(&mut harness).lab.plots.kind = PlotKind::Speed;
-    state(&mut harness).lab.plots.quality = TreeQuality::SahCost;
+    state(&mut harness).views.get_mut::<PlotsView>().kind = PlotKind::Speed;
+    state(&mut harness).views.get_mut::<PlotsView>().quality = TreeQuality::SahCost;
     settle(&mut harness);
     assert!(harness.query_by_label_contains("not plotted").is_none(), "the SAH cost of all is known");
 }
@@ -233,7 +233,7 @@ fn trees_without_a_measured_cost_are_named_with_the_way_to_one() {
 #[test]
 fn nodes_that_no_ray_visits_are_on_a_line_of_their_own() {
     let mut harness = open();
-    state(&mut harness).lab.population = Population::Bounce;
+    state(&mut harness).model.derived.population = Population::Bounce;
     settle(&mut harness);
     let found = scatter(&harness);
     assert!(found.never > 0);
@@ -244,7 +244,7 @@ fn nodes_that_no_ray_visits_are_on_a_line_of_their_own() {
     harness.run_steps(3);
     let hovered = harness.state().state.selection.nodes.hovered.expect("a node lights up");
     let accel = presented(&harness).accel;
-    let visits = harness.state().state.lab.known_visits(&accel).expect("measured").0;
+    let visits = harness.state().state.model.derived.known_visits(&accel).expect("measured").0;
     assert_eq!(visits.counts[hovered as usize], 0);
 }
 
@@ -253,7 +253,7 @@ fn builders_that_were_measured_are_plotted_with_their_front() {
     let mut harness = open();
     let plan = &mut state(&mut harness).preferences.paper;
     (plan.side_px, plan.repeat) = (256, 1);
-    let plots = &mut state(&mut harness).lab.plots;
+    let plots = state(&mut harness).views.get_mut::<PlotsView>();
     (plots.kind, plots.set) = (PlotKind::Speed, TreeSet::Measured(Experiment::Builders));
     settle(&mut harness);
     assert!(harness.query_by_label_contains("were not measured yet").is_some());
@@ -264,9 +264,9 @@ fn builders_that_were_measured_are_plotted_with_their_front() {
     let rows = harness.state().state.activity.measured[&Experiment::Builders].rows.len();
     assert!(all > 10 && all == rows, "{all} of {rows}");
     assert!(harness.query_by_label_contains(" on the front").is_some());
-    state(&mut harness).lab.plots.quality = TreeQuality::SahCost;
-    state(&mut harness).lab.population = Population::Random;
-    state(&mut harness).lab.plots.kind = PlotKind::Prediction;
+    state(&mut harness).views.get_mut::<PlotsView>().quality = TreeQuality::SahCost;
+    state(&mut harness).model.derived.population = Population::Random;
+    state(&mut harness).views.get_mut::<PlotsView>().kind = PlotKind::Prediction;
     settle(&mut harness);
     let title = harness.get_by_label_contains("over SAH cost: r = ").accesskit_node().label().unwrap_or_default();
     let r: f64 = title.split_whitespace().skip_while(|word| *word != "=").nth(1).unwrap().parse().unwrap();
@@ -278,7 +278,7 @@ fn what_is_plotted_is_saved_as_a_picture() {
     let mut state = panel::state(Shading::Lit);
     panel::with_rows(&mut state, Experiment::Builders);
     state.preferences.dock.show("Plots");
-    let plots = &mut state.lab.plots;
+    let plots = state.views.get_mut::<PlotsView>();
     (plots.kind, plots.set) = (PlotKind::Prediction, TreeSet::Measured(Experiment::Builders));
     let mut harness = panel::sized(state, 1280.0, 900.0, 1.0);
     panel::press(&mut harness, "PNG");

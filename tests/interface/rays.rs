@@ -20,12 +20,12 @@ fn app_with_ray() -> Window {
 }
 
 fn record(harness: &Window) -> RayRecord {
-    let shown = harness.state().state.lab.ray.shown().expect("a ray was recorded");
+    let shown = harness.state().state.model.ray.shown().expect("a ray was recorded");
     (**shown).clone().expect("there is such a ray")
 }
 
 fn cursor(harness: &Window) -> usize {
-    harness.state().state.lab.ray.cursor
+    harness.state().state.model.ray.cursor
 }
 
 fn click(harness: &mut Window, label: &str) {
@@ -46,7 +46,7 @@ fn a_click_on_the_picture_takes_the_ray_of_its_pixel() {
     let hit = shown.accel.closest_hit_with(&record.ray, Traversal::Ordered, &mut counts).unwrap();
     assert_eq!((record.counts, record.hit), (counts, Some((hit.t, hit.primitive_index))));
     let pixel = crate::harness::pixel(&harness, at);
-    assert_eq!(harness.state().state.lab.ray.source.map(|source| source.start), Some(RayStart::Pixel(pixel)));
+    assert_eq!(harness.state().state.model.ray.source.map(|source| source.start), Some(RayStart::Pixel(pixel)));
     assert_eq!(harness.state().state.selection.nodes.selected, None, "the click selects nothing meanwhile");
     let totals = format!("In all {} container tests, {} triangle test", counts.containers, counts.primitives);
     assert!(harness.query_by_label_contains(&totals).is_some(), "{totals}");
@@ -63,10 +63,10 @@ fn the_strip_zooms_to_the_hit_and_back() {
     let (hit, _) = record.hit.expect("the middle is hit");
     let [first, last] = record.reach();
     click(&mut harness, "Zoom to hit");
-    let [from, to] = harness.state().state.lab.ray.zoom.expect("zoomed");
+    let [from, to] = harness.state().state.model.ray.zoom.expect("zoomed");
     assert!(from < hit && hit < to && to - from < 0.5 * (last - first), "{from} {hit} {to} of {first} {last}");
     click(&mut harness, "Whole ray");
-    assert_eq!(harness.state().state.lab.ray.zoom, None);
+    assert_eq!(harness.state().state.model.ray.zoom, None);
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn steps_are_walked_by_buttons_and_keys_and_lit_in_the_picture() {
     assert_eq!(cursor(&harness), 0);
     harness.key_press(Key::Space);
     harness.run_steps(1);
-    assert!(harness.state().state.lab.ray.playing);
-    harness.state_mut().state.lab.ray.speed = 60.0;
+    assert!(harness.state().state.model.ray.playing);
+    harness.state_mut().state.model.ray.speed = 60.0;
     harness.run_steps(30);
     assert!(cursor(&harness) > 3, "{}", cursor(&harness));
     // Closed, the view marks nothing and costs nothing.
@@ -130,7 +130,7 @@ fn steps_are_walked_by_buttons_and_keys_and_lit_in_the_picture() {
     harness.state_mut().state.wanted.build.threshold += 9;
     settle(&mut harness);
     let accel = presented(&harness).accel;
-    assert!(harness.state().state.lab.ray.record.of_tree(&accel).is_none(), "nothing is recorded for a closed view");
+    assert!(harness.state().state.model.ray.record.of_tree(&accel).is_none(), "nothing is recorded for a closed view");
 }
 
 #[test]
@@ -184,13 +184,13 @@ fn every_traversal_and_kind_of_ray_has_a_button() {
 #[test]
 fn a_ray_is_typed_and_one_that_points_nowhere_keeps_the_one_before() {
     let mut harness = app_with_ray();
-    let before = harness.state().state.lab.ray.source;
-    harness.state_mut().state.lab.ray.typed = ["0, 5, 0", "0, 0, 0"].map(str::to_owned);
+    let before = harness.state().state.model.ray.source;
+    harness.state_mut().state.model.ray.typed = ["0, 5, 0", "0, 0, 0"].map(str::to_owned);
     click(&mut harness, "Trace");
     assert!(harness.query_by_label_contains("points nowhere").is_some());
-    assert_eq!(harness.state().state.lab.ray.source, before);
+    assert_eq!(harness.state().state.model.ray.source, before);
     assert!(!record(&harness).steps.is_empty(), "the ray before stays");
-    harness.state_mut().state.lab.ray.typed = ["0, 50, 0", "0, -2, 0"].map(str::to_owned);
+    harness.state_mut().state.model.ray.typed = ["0, 50, 0", "0, -2, 0"].map(str::to_owned);
     click(&mut harness, "Trace");
     assert!(harness.query_by_label_contains("points nowhere").is_none());
     let ray = record(&harness).ray;

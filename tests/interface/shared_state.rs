@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use bvhscope::app::commands::shared_state;
 use bvhscope::app::state::SharedState;
-use bvhscope::app::state::lab::merges::CutKind;
 use bvhscope::app::state::paper::Experiment;
+use bvhscope::app::state::picture_cut::CutKind;
+use bvhscope::app::views::icicle::IcicleView;
+use bvhscope::app::views::nodes::NodesView;
 use bvhscope::visibility::TriangleSet;
 use bvhscope_engine::construction::Cut;
 use egui::{Event, Key, Modifiers};
@@ -40,16 +42,16 @@ fn zoom_unfolded_nodes_and_experiment_are_shown_in_the_other_window() {
     let mut first = app();
     let shown = presented(&first);
     let state = &mut first.state_mut().state;
-    state.lab.icicle.zoom_in_tree(&shown.accel, 2);
-    state.lab.outline.unfold(&shown.accel, &shown.table, [0, 1, 2].into());
+    state.views.get_mut::<IcicleView>().zoom_in_tree(&shown.accel, 2);
+    state.views.get_mut::<NodesView>().outline.unfold(&shown.accel, &shown.table, [0, 1, 2].into());
     state.preferences.paper.choose(Experiment::Threads);
     (state.preferences.paper.repeat, state.preferences.paper.side_px) = (5, 256);
     settle(&mut first);
     let line = line(&mut first);
     let second = pasted(&line);
     let state = &second.state().state;
-    assert_eq!(state.lab.icicle.top(), 2);
-    assert_eq!(shared_state(state).nodes.unfolded, [0, 1, 2].into());
+    assert_eq!(state.views.get::<IcicleView>().top(), 2);
+    assert_eq!(state.views.get::<NodesView>().outline.unfolded(&presented(&second).accel), [0, 1, 2].into());
     assert_eq!(shared_state(state), shared_state(&first.state().state), "{line}");
 }
 
@@ -81,14 +83,14 @@ fn triangles_that_are_shown_alone_are_so_in_the_other_window() {
 fn a_cut_is_shown_in_the_other_window() {
     let mut first = app();
     first.state_mut().state.preferences.dock.show("Merges");
-    let merges = &mut first.state_mut().state.lab.merges;
+    let merges = &mut first.state_mut().state.model.cut;
     (merges.cut_kind, merges.cut_triangles) = (CutKind::Triangles, 33);
     settle(&mut first);
     let line = line(&mut first);
-    assert_eq!(SharedState::parse(&line).unwrap().lab.cut, Some(Cut::Primitives(33)));
+    assert_eq!(SharedState::parse(&line).unwrap().picture.cut, Some(Cut::Primitives(33)));
     let second = pasted(&line);
     let state = &second.state().state;
-    assert_eq!(state.lab.merges.wanted_cut(), Some(Cut::Primitives(33)));
+    assert_eq!(state.model.cut.wanted_cut(), Some(Cut::Primitives(33)));
     let nodes =
         |harness: &Window| harness.state().state.layout.graphics.standing.clone().expect("clusters").nodes.clone();
     assert_eq!(nodes(&second), nodes(&first));

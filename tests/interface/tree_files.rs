@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use crate::harness::{Window, app, camera, presented, press, settle};
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{Action, CompareStep};
-use bvhscope::app::state::lab::PlotKind;
 use bvhscope::app::state::paper::{Experiment, PaperPlan};
 use bvhscope::app::state::{AppState, Request, Severity, TreeSide};
+use bvhscope::app::views::plots::{PlotKind, PlotsView};
 use bvhscope::overlay::{OverlaySettings, Selection};
 use bvhscope::scene::SceneSource;
 use bvhscope_engine::AnyTree;
@@ -64,7 +64,7 @@ fn with_tree_file() -> (Window, TempDir, PathBuf) {
 
 /// Number of trees in the list of those of the session.
 fn listed(harness: &Window) -> usize {
-    harness.state().state.lab.plots.session.plotted(None).len()
+    harness.state().state.views.get::<PlotsView>().session.plotted(None).len()
 }
 
 /// Begins a lesson and leaves it.
@@ -276,7 +276,7 @@ fn the_papers_curves_and_the_plots_show_it_beside_ours() {
     assert_eq!(presented(&harness).accel.file.as_ref().map(|file| &file.path), Some(&path));
 
     press(&mut harness, Modifiers::NONE, Key::F10);
-    state(&mut harness).lab.plots.kind = PlotKind::Speed;
+    state(&mut harness).views.get_mut::<PlotsView>().kind = PlotKind::Speed;
     settle(&mut harness);
     harness.get_by_label("Build instead").click();
     settle(&mut harness);
@@ -292,12 +292,13 @@ fn measuring_all_trees_of_the_session_reads_files_again() {
     harness.get_by_label("Build instead").click();
     settle(&mut harness);
     assert!(presented(&harness).accel.file.is_none());
-    state(&mut harness).lab.plots.kind = PlotKind::List;
+    state(&mut harness).views.get_mut::<PlotsView>().kind = PlotKind::List;
     press(&mut harness, Modifiers::NONE, Key::F10);
     harness.get_by_label_contains("Measure all ").click();
     settle(&mut harness);
-    let lab = &harness.state().state.lab;
-    let trees = lab.plots.session.plotted(lab.rays(&presented(&harness).accel.scene));
+    let state = &harness.state().state;
+    let rays = state.model.derived.rays(&presented(&harness).accel.scene);
+    let trees = state.views.get::<PlotsView>().session.plotted(rays);
     let of_file = trees.iter().find(|tree| tree.file.as_ref().is_some_and(|(file, _)| *file == path)).expect("listed");
     assert!(of_file.tests.is_some() && of_file.epo.is_some() && of_file.cost.is_some(), "{of_file:?}");
     assert!(harness.query_by_label("Measure all").is_some(), "all are measured");
@@ -345,7 +346,7 @@ fn a_wide_node_has_all_its_children_in_every_view() {
     state(&mut harness).take_ray(viewport_px.map(|side| side / 2));
     press(&mut harness, Modifiers::NONE, Key::F8);
     let accel = presented(&harness).accel;
-    let record = harness.state().state.lab.ray.record.of_tree(&accel).expect("recorded").clone();
+    let record = harness.state().state.model.ray.record.of_tree(&accel).expect("recorded").clone();
     let steps = &(*record).as_ref().unwrap().steps;
     for child in &children {
         assert!(steps.iter().any(|step| step.tree_node == *child), "child {child} is not tested");

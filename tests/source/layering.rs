@@ -398,6 +398,15 @@ fn views_import_nothing_of_each_other() {
 }
 
 #[test]
+fn the_state_of_the_window_has_at_most_nine_fields() {
+    let sources = sources(&VIEWER);
+    let state = sources.iter().find(|source| source.file == "src/app/state/mod.rs").expect("the state's file");
+    let (_, fields) = state.code.split_once("pub struct AppState {").expect("the state");
+    let count = fields.split('}').next().unwrap_or_default().matches(':').count();
+    assert!((5..=9).contains(&count), "AppState has {count} fields; views and the parts of the model own theirs");
+}
+
+#[test]
 fn no_modules_of_the_engine_import_each_other_in_a_circle() {
     check_circles(&ENGINE);
 }

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bvhscope::app::state::{CompareView, Preferences, SecondTree, SharedLab, SharedState, Theme, Wanted};
+use bvhscope::app::state::{CompareView, Preferences, SecondTree, SharedPicture, SharedState, Theme, Wanted};
 use bvhscope::lab::ray::RayMethod;
 use bvhscope::render::{HeatKind, RayKind, Shading};
 use bvhscope::scene::SceneSource;
@@ -161,15 +161,15 @@ fn tour() -> Vec<(&'static str, SharedState)> {
         state
     };
     let mut merges = dock("Merges");
-    merges.lab.clusters_left = Some(60);
+    merges.picture.clusters_left = Some(60);
     let mut cut = dock("Merges");
     cut.wanted.render.shading = Shading::Clusters;
-    cut.lab.cut = Some(Cut::Primitives(200));
+    cut.picture.cut = Some(Cut::Primitives(200));
     let mut ray = dock("Ray");
     let start = serde_json::json!({ "ray": { "origin": [-6.0, 3.4, 3.0], "direction": [1.0, -0.27, -0.42] } });
     let method = RayMethod::Binary(Traversal::Ordered);
     let shared = serde_json::json!({ "start": start, "kind": RayKind::Primary, "method": method, "step": 40 });
-    ray.lab = SharedLab { ray: Some(serde_json::from_value(shared).unwrap()), ..SharedLab::default() };
+    ray.picture = SharedPicture { ray: Some(serde_json::from_value(shared).unwrap()), ..SharedPicture::default() };
     let mut difference = plain();
     let build = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
     difference.wanted.second = Some(SecondTree { view: CompareView::Difference, ..SecondTree::new(build) });

@@ -34,10 +34,9 @@ pub fn shared_state(state: &AppState) -> SharedState {
             hidden: nodes.hidden.iter().copied().collect::<BTreeSet<_>>(),
             isolated: nodes.isolated,
             only: nodes.only.as_ref().map(|only| only.ranges()),
-            topmost: tree.as_ref().map_or(0, |tree| state.lab.icicle.top_of(tree)),
-            unfolded: tree.as_ref().map_or_else(|| BTreeSet::from([0]), |tree| state.lab.outline.unfolded(tree)),
         },
-        lab: state.lab.shared(),
+        picture: state.model.shared_picture(),
+        views: state.views.shared(tree.as_ref()),
         paper: state.preferences.paper.clone(),
     }
 }
@@ -75,7 +74,7 @@ fn with_model_here(state: &AppState, mut shared: SharedState) -> Result<(SharedS
 /// Shows a state. What it selects is selected once its tree is there.
 pub fn show_state(state: &mut AppState, shared: SharedState) {
     let own_view = shared.has_own_view();
-    let SharedState { wanted, show_geometry, show_containers, dock, nodes, lab, paper } = shared;
+    let SharedState { wanted, show_geometry, show_containers, dock, nodes, picture, views, paper } = shared;
     let before = std::mem::replace(&mut state.wanted, wanted);
     let new = std::mem::replace(&mut state.wanted.source, before.source);
     let is_open = is_same(&new, &state.wanted.source);
@@ -98,7 +97,10 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
     state.preferences.show_containers = show_containers;
     state.preferences.dock.open = dock;
     state.selection.pasted = Some(nodes);
-    state.lab.show_shared(lab);
+    state.model.show_shared_picture(picture);
+    if let Err(reason) = state.views.show_shared(views) {
+        state.messages.notify(Severity::Warning, format!("Not all of the state is shown: {reason}"));
+    }
     state.preferences.paper = paper;
 }
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::camera;
 use crate::app::format;
 use crate::app::state::action::{Action, RankingStep};
-use crate::app::state::lab::NodesState;
-use crate::app::state::{AppState, CompareView, TreeSide};
+use crate::app::state::{AppState, CompareView, TreeSide, ViewState as _};
 use crate::app::viewport::{orbit, picking};
+use crate::app::views::nodes::NodesView;
 use crate::lab::diagnose::{Finding, Place};
 use crate::scene::Scene;
 use crate::visibility::TriangleSet;
@@ -122,15 +122,16 @@ pub(super) fn isolate_selected(state: &mut AppState) {
 /// Selects and frames another of the worst nodes. Opens their list where nothing is ranked yet.
 pub(super) fn step_ranking(state: &mut AppState, step: RankingStep) {
     let Some(accel) = state.model.presented.as_ref().map(|shown| &shown.accel) else { return };
-    if state.lab.nodes.ranking.of_tree(accel).is_none() {
-        state.preferences.dock.show(NodesState::VIEW);
+    let view = state.views.get::<NodesView>();
+    if view.ranking.of_tree(accel).is_none() {
+        state.preferences.dock.show(NodesView::NAME);
         return;
     }
     let step = match step {
         RankingStep::Next => 1,
         RankingStep::Previous => -1,
     };
-    if let Some(node) = state.lab.nodes.neighbour(accel, state.selection.nodes.selected, step) {
+    if let Some(node) = view.neighbour(accel, state.selection.nodes.selected, step) {
         state.select_node(node);
         camera::frame_selection(state);
     }

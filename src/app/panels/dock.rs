@@ -5,7 +5,7 @@ use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, Wi
 use crate::app::commands::{Action, CompareStep, Entry, entries};
 use crate::app::state::AppState;
 use crate::app::theme;
-use crate::app::views::{VIEWS, View, open_view};
+use crate::app::views::{Tab, VIEWS, open_view};
 use crate::app::widgets::{Icon, Tip as _, icon_button, note_place, panel_frame};
 
 /// Smallest height in points.
@@ -32,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
 }
 
 /// Shows the view. While it is of an earlier frame of a model that plays, nodes of that tree cannot be selected or pointed at.
-fn show_view(ui: &mut Ui, state: &mut AppState, view: &View) {
+fn show_view(ui: &mut Ui, state: &mut AppState, view: &Tab) {
     let selection = state.model.is_view_behind().then(|| {
         let nodes = &state.selection.nodes;
         (nodes.selected, nodes.hovered, state.selection.side, state.selection.picked.clone())
@@ -52,7 +52,7 @@ fn keep_height(ui: &Ui, state: &mut AppState, rect: Rect) {
 }
 
 /// The strip of tabs, with the button that closes the dock at its end.
-fn tabs(ui: &mut Ui, state: &mut AppState, open: &View) {
+fn tabs(ui: &mut Ui, state: &mut AppState, open: &Tab) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for view in &VIEWS {

@@ -10,7 +10,7 @@ use egui::{
 use crate::accel::Follow;
 use crate::app::commands::Action;
 use crate::app::state::{AppState, Playback};
-use crate::app::widgets::{Icon, Tip as _, icon_button, plain_drop_down, refusable_drop_down};
+use crate::app::widgets::{DropDown, Icon, Tip as _, icon_button};
 use crate::app::{format, theme};
 use crate::scene::Motion;
 use bvhscope_engine::follow::Policy;
@@ -94,8 +94,7 @@ fn pace(ui: &mut Ui, state: &mut AppState) {
     let speeds = Playback::SPEEDS.map(|speed| (speed, format!("{speed} ×")));
     let tip = "Seconds of the clip in a second. Frames for which there is no time are left out";
     let choices: Vec<_> = speeds.iter().map(|(speed, name)| (*speed, name.as_str(), tip)).collect();
-    let list = ComboBox::from_id_salt("speed of the clip").width(56.0);
-    plain_drop_down(ui, list, "Speed of the clip", &mut playback.speed, &choices).tip(tip);
+    DropDown::new("Speed of the clip", &choices).width(56.0).show(ui, &mut playback.speed).tip(tip);
     let response = ui.add(Button::new("Loop").selected(playback.looped));
     let on = playback.looped;
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, "Loop clip"));
@@ -133,10 +132,9 @@ fn policy(ui: &mut Ui, state: &mut AppState) {
     let refusal = |policy: Policy| Follow::refusal(policy, &settings, &scene);
     let choices = Policy::ALL.map(|policy| (policy, policy.label(), policy.meaning()));
     let width = (ui.available_width() * CLIP_SHARE).clamp(CLIP_WIDTH[0], CLIP_WIDTH[1]);
-    let list = ComboBox::from_id_salt("policy").width(width).height(360.0).truncate();
     let side = state.edited_side();
     let policy = state.wanted.policy_mut(side);
-    let response = refusable_drop_down(ui, list, "Policy", policy, &choices, refusal);
+    let response = DropDown::new("Policy", &choices).exact_width(width).refusing(&refusal).show(ui, policy);
     response.tip("What becomes of the tree while the model moves; the view Motion (T) compares the policies");
 }
 

@@ -86,6 +86,7 @@ impl App {
         let mut preferences = restored.preferences.unwrap_or_default();
         options.overrides.apply(&mut wanted, &mut preferences);
         let mut state = AppState::new(wanted, preferences);
+        state.views = views::states();
         for warning in restored.warning.into_iter().chain(options.notices) {
             note(format_args!("warning: {warning}"));
             state.messages.notify(Severity::Warning, warning);
@@ -126,10 +127,12 @@ impl App {
         wanted: Wanted,
         waits_until_idle: bool,
     ) -> std::io::Result<Self> {
-        let mut app = Self::with_state(context, AppState::new(wanted, Preferences::default()))?;
+        let mut state = AppState::new(wanted, Preferences::default());
+        state.views = views::states();
+        let mut app = Self::with_state(context, state)?;
         app.waits_until_idle = waits_until_idle;
         // Tests of these readings switch them on.
-        app.state.lab.at_rest.is_off = true;
+        app.state.model.derived.at_rest.is_off = true;
         app.reconciler.set_always_at_rest(waits_until_idle);
         Ok(app)
     }
@@ -223,7 +226,7 @@ impl App {
 
     /// Any input stops what is measured at rest, until a moment without.
     fn note_input(&mut self, ctx: &egui::Context) {
-        let rest = &mut self.state.lab.at_rest;
+        let rest = &mut self.state.model.derived.at_rest;
         rest.is_disturbed = ctx.input(|input| !input.events.is_empty() || input.pointer.any_down());
         rest.is_disturbed |= self.state.model.playback.playing;
         if rest.is_disturbed && !rest.is_off {

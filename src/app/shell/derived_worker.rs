@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::app::state::AppState;
 use crate::app::studies::latest::WorkerPool;
-use crate::app::views::open_view;
+use crate::app::views;
 use crate::overlay::{ColorBy, NodeTable, OverlaySettings};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -50,7 +50,7 @@ impl DerivedWorker {
             wanted.color_by = ColorBy::Depth;
         }
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
-        let listed = idle && open_view(state).is_some_and(|view| view.needs_counts);
+        let listed = idle && views::needs(state).counts;
         let lacking = state.selected().filter(|(shown, node)| idle && shown.table.known_primitives(*node).is_none());
         let table = match lacking {
             // Of one of two trees.

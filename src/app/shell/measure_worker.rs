@@ -65,8 +65,10 @@ pub(crate) struct MeasureWorker {
 impl MeasureWorker {
     /// Starts the worker; `wake` is called from its thread after each row.
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        let worker =
-            Worker::new("lab", wake, |job: MeasureJob, token: &CancelToken, deliver: &(dyn Fn(Measured) + Sync)| {
+        let worker = Worker::new(
+            "measure",
+            wake,
+            |job: MeasureJob, token: &CancelToken, deliver: &(dyn Fn(Measured) + Sync)| {
                 let mut rows = Delivered { rows: Vec::new(), deliver };
                 let outcome = job.job.run(&job.subject, (0, 1), &job.view, token, &mut rows);
                 let rows = rows.rows;
@@ -76,7 +78,8 @@ impl MeasureWorker {
                     Err(LabError::Refused(reason)) => Err(reason),
                 };
                 Some(Measured { rows, end: Some(end) })
-            })?;
+            },
+        )?;
         Ok(Self { latest: Latest::new(worker), current: None })
     }
 

@@ -28,7 +28,7 @@ pub(crate) fn present_tree(
     state.selection.nodes.hovered = None;
     let before = state.model.presented.as_ref().filter(|_| same_scene).and_then(Presented::reference);
     if let Some(old) = &state.model.presented {
-        state.lab.merges.carry_price(&old.accel, &tree.accel);
+        state.model.cut.carry_price(&old.accel, &tree.accel);
     }
     let presented = Presented::new(tree.accel, tree.table, Arc::clone(frame), hides, frame_id, tree.threads);
     let old = state.model.presented.replace(Presented { before, ..presented });

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::app::state::lab::Standing;
 use crate::app::state::lesson::{LESSONS, Lesson, Reading};
 use crate::app::state::paper::PaperPlan;
+use crate::app::state::picture_cut::Standing;
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::start_page::{PathField, Thumbnails};
 use crate::catalog::terms::Term;

@@ -1,20 +1,26 @@
 //! State of the window: plain values that panels read, commands change and workers follow. Starts no work and depends on no egui.
+//! Those of the dock's views belong to them (`views`).
 
 mod wanted;
 
 pub mod action;
 mod activity;
 pub mod comparison;
-pub mod lab;
+pub mod curve;
+pub mod derived;
+mod json;
 mod layout;
 pub mod lesson;
 mod model;
+pub mod picture_cut;
+mod picture_ray;
 mod playback;
 mod second_tree;
 mod selection;
-mod shared_lab;
+mod shared_picture;
 mod state_line;
 mod study;
+pub mod views;
 
 pub mod paper;
 pub mod preferences;
@@ -23,18 +29,21 @@ mod undo;
 
 pub use action::Request;
 pub use activity::{Activity, JobStatus, Message, MessageLog, PROGRESS_DELAY, Severity};
-pub use lab::{IcicleLayout, LabState, MergesState, OutlineRow, RayOutcome, RaySource, RayState, SPEEDS, Standing};
+pub use derived::Derived;
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
+pub use picture_cut::{PictureCut, Standing};
+pub use picture_ray::{PictureRay, RayOutcome, RaySource, SPEEDS};
 pub use playback::{Clock, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
 pub use second_tree::{CompareView, SecondTree, TreeSide};
 pub use selection::{HiddenNodes, HoveredPixel, PickedTriangle, SecondNodes, SelectionState};
-pub use shared_lab::{SharedLab, SharedRay};
+pub use shared_picture::{SharedPicture, SharedRay};
 pub use start_page::{FolderEntry, Listing, PathField, THUMBNAIL_SIZE, Thumbnail, Thumbnails};
 pub use state_line::{SharedNodes, SharedState};
 pub use study::{OtherTree, Study};
 pub use undo::UndoStack;
+pub use views::{ViewState, ViewStates};
 pub use wanted::{HeatBasis, Wanted};
 
 use std::sync::Arc;
@@ -69,8 +78,8 @@ pub struct AppState {
     pub activity: Activity,
     /// Selected, hidden and hovered parts.
     pub selection: SelectionState,
-    /// State of the dock's views.
-    pub lab: LabState,
+    /// States of the dock's views.
+    pub views: ViewStates,
     /// Messages to the user.
     pub messages: MessageLog,
     /// Open dialogs, size and focus of the window.
@@ -89,7 +98,7 @@ impl AppState {
             model: Model::default(),
             activity: Activity::default(),
             selection: SelectionState::default(),
-            lab: LabState::default(),
+            views: ViewStates::default(),
             messages: MessageLog::default(),
             layout: Layout::default(),
             preferences,
@@ -123,7 +132,7 @@ impl AppState {
     /// The nodes of the first tree that the second has too, and the other way round, once they are known.
     pub fn survival(&self) -> Option<&Arc<[Survival; 2]>> {
         let (first, second) = (self.model.presented.as_ref()?, self.model.second.as_ref()?);
-        self.lab.survival.get(&first.accel, &OtherTree::new(&second.accel))
+        self.model.derived.survival.get(&first.accel, &OtherTree::new(&second.accel))
     }
 
     /// The nodes of the first tree that the other one has too, and the other way round, once they are known. The other one is the second
@@ -131,7 +140,7 @@ impl AppState {
     pub fn compared(&self) -> Option<&Arc<[Survival; 2]>> {
         match self.wanted.second {
             Some(_) => self.survival(),
-            None => self.lab.moved.get(&self.model.presented.as_ref()?.accel, &()),
+            None => self.model.derived.moved.get(&self.model.presented.as_ref()?.accel, &()),
         }
     }
 
@@ -199,14 +208,13 @@ impl AppState {
         Some(Arc::clone(&studied.accel))
     }
 
-    /// The studied tree while the view of this name is open, with the inputs of a study of it, where they are known.
-    pub fn inputs_of_view<K>(
+    /// The studied tree while a view is open, with the inputs of a study of it, where they are known.
+    pub fn inputs_of<V: ViewState, K>(
         &self,
-        view: &str,
-        inputs: impl FnOnce(&LabState, &Arc<Accel>) -> Option<K>,
+        inputs: impl FnOnce(&V, &Model, &Arc<Accel>) -> Option<K>,
     ) -> Option<(Arc<Accel>, K)> {
-        let accel = self.tree_of_view(view)?;
-        let inputs = inputs(&self.lab, &accel)?;
+        let accel = self.tree_of_view(V::NAME)?;
+        let inputs = inputs(self.views.get(), &self.model, &accel)?;
         Some((accel, inputs))
     }
 
@@ -221,25 +229,25 @@ impl AppState {
 
     /// Whether the view "Ray" is open.
     pub fn shows_ray(&self) -> bool {
-        self.preferences.dock.shows(RayState::VIEW)
+        self.preferences.dock.shows(PictureRay::VIEW)
     }
 
     /// Whether a click on the picture takes the ray of its pixel.
     pub fn picks_rays(&self) -> bool {
-        self.shows_ray() && self.lab.ray.picks && self.model.presented.is_some()
+        self.shows_ray() && self.model.ray.picks && self.model.presented.is_some()
     }
 
     /// Takes the ray of a pixel of the picture.
     pub fn take_ray(&mut self, pixel: [u32; 2]) {
         if let Some(shown) = &self.model.presented {
-            self.lab.ray.take_pixel(pixel, shown.frame.camera, self.layout.viewport_px);
+            self.model.ray.take_pixel(pixel, shown.frame.camera, self.layout.viewport_px);
         }
     }
 
     /// The tree and the ray that the view "Ray" lacks a record of; `None` while it is closed.
     pub fn wanted_ray(&self) -> Option<(Arc<Accel>, RayRequest)> {
         let shown = self.model.presented.as_ref().filter(|_| self.shows_ray())?;
-        let request = self.lab.ray.request(&shown.frame.settings, self.hidden_triangles())?;
+        let request = self.model.ray.request(&shown.frame.settings, self.hidden_triangles())?;
         Some((Arc::clone(&shown.accel), request))
     }
 
@@ -288,12 +296,9 @@ impl AppState {
             return;
         }
         let Some(nodes) = self.selection.pasted.take() else { return };
-        let SharedNodes { selected, triangle, hidden, isolated, only, topmost, unfolded } = nodes;
+        let SharedNodes { selected, triangle, hidden, isolated, only } = nodes;
         let exists = |node: &u32| (*node as usize) < shown.table.len();
-        if exists(&topmost) {
-            self.lab.icicle.zoom_in_tree(accel, topmost);
-        }
-        self.lab.outline.unfold(accel, &shown.table, unfolded.into_iter().filter(exists).collect());
+        self.views.show_shared_nodes(shown);
         let picked = triangle.map(|primitive| PickedTriangle { primitive, path: accel.path_to(primitive) });
         self.selection.picked = picked.filter(|picked| !picked.path.is_empty());
         let nodes = &mut self.selection.nodes;
@@ -312,8 +317,8 @@ impl AppState {
     /// "Merges". `None` where they show the nodes at a depth.
     pub fn cluster_cut(&self, accel: Option<&Arc<Accel>>) -> Option<ClusterCut> {
         let is_wanted =
-            self.preferences.dock.shows(MergesState::VIEW) && self.wanted.render.shading == Shading::Clusters;
-        if is_wanted { self.lab.merges.cluster_cut(accel) } else { None }
+            self.preferences.dock.shows(PictureCut::VIEW) && self.wanted.render.shading == Shading::Clusters;
+        if is_wanted { self.model.cut.cluster_cut(accel) } else { None }
     }
 
     /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.

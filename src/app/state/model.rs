@@ -6,6 +6,10 @@ use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
+use crate::app::state::curve::CurveState;
+use crate::app::state::derived::Derived;
+use crate::app::state::picture_cut::PictureCut;
+use crate::app::state::picture_ray::PictureRay;
 use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
 use crate::catalog::numbers::Number;
@@ -87,7 +91,7 @@ pub struct Difference {
     pub picture_id: u64,
 }
 
-/// The loaded scene, the one on the screen, and what is known about its file.
+/// The loaded scene, the one on the screen with what is drawn over its picture, and what is known about its file.
 #[derive(Default)]
 pub struct Model {
     /// The newest loaded scene, which may not be presented yet.
@@ -98,6 +102,14 @@ pub struct Model {
     pub second: Option<Presented>,
     /// Where the second tree tests more than the first. Made of one pair of pictures, and kept until the next pair.
     pub difference: Option<Difference>,
+    /// The ray over the picture.
+    pub ray: PictureRay,
+    /// The clusters over the picture in place of depths.
+    pub cut: PictureCut,
+    /// The curve over the picture.
+    pub curve: CurveState,
+    /// Data derived from the trees.
+    pub derived: Derived,
     /// The up axis chosen by the user, and the model it was chosen for.
     pub up_override: Option<(SceneSource, Vec3)>,
     /// The file of the scene no longer exists.

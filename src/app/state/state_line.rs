@@ -9,8 +9,10 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::app::state::json::{difference, merge, plain_value};
 use crate::app::state::paper::PaperPlan;
-use crate::app::state::shared_lab::SharedLab;
+use crate::app::state::shared_picture::SharedPicture;
+use crate::app::state::views::SharedViews;
 use crate::app::state::wanted::Wanted;
 use crate::scene::SceneSource;
 use crate::text::{quote, unquote};
@@ -33,14 +35,16 @@ pub struct SharedState {
     pub dock: Option<String>,
     /// Selected and hidden nodes.
     pub nodes: SharedNodes,
-    /// State of the dock's views.
-    pub lab: SharedLab,
+    /// What is drawn over the picture, and how visits are measured.
+    pub picture: SharedPicture,
+    /// What each view of the dock adds.
+    pub views: SharedViews,
     /// Measurements of the view "Paper" and how it shows them.
     pub paper: PaperPlan,
 }
 
 /// Selected and hidden nodes, by their indices: a tree is the same wherever it is built.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SharedNodes {
     /// The selected node.
     pub selected: Option<u32>,
@@ -52,24 +56,6 @@ pub struct SharedNodes {
     pub isolated: Option<u32>,
     /// The triangles all others of which are hidden, as ranges with both ends.
     pub only: Option<Vec<[u32; 2]>>,
-    /// The topmost node of the icicle.
-    pub topmost: u32,
-    /// The unfolded nodes of the outline.
-    pub unfolded: BTreeSet<u32>,
-}
-
-impl Default for SharedNodes {
-    fn default() -> Self {
-        Self {
-            selected: None,
-            triangle: None,
-            hidden: BTreeSet::new(),
-            isolated: None,
-            only: None,
-            topmost: 0,
-            unfolded: BTreeSet::from([0]),
-        }
-    }
 }
 
 impl Default for SharedState {
@@ -80,7 +66,8 @@ impl Default for SharedState {
             show_containers: true,
             dock: None,
             nodes: SharedNodes::default(),
-            lab: SharedLab::default(),
+            picture: SharedPicture::default(),
+            views: SharedViews::default(),
             paper: PaperPlan::default(),
         }
     }
@@ -94,13 +81,8 @@ impl SharedState {
 
     /// The line that opens this state.
     pub fn line(&self) -> String {
-        // By way of text, in which a number has no more digits than it needs.
-        let value = |state: &Self| {
-            let text = serde_json::to_string(state);
-            text.and_then(|text| serde_json::from_str::<Value>(&text)).unwrap_or_default()
-        };
-        let difference =
-            difference(&value(&Self::default()), value(self)).unwrap_or_else(|| Value::Object(<_>::default()));
+        let difference = difference(&plain_value(&Self::default()), plain_value(self));
+        let difference = difference.unwrap_or_else(|| Value::Object(<_>::default()));
         format!("{COMMAND}{}", quote(&format!("{VERSION} {difference}")))
     }
 
@@ -118,7 +100,9 @@ impl SharedState {
         }
         let broken = |error: serde_json::Error| format!("this state is damaged: {error}");
         let mut value = serde_json::to_value(Self::default()).map_err(broken)?;
-        merge(&mut value, serde_json::from_str(json).map_err(broken)?);
+        let mut changes = serde_json::from_str(json).map_err(broken)?;
+        move_earlier_places(&mut changes);
+        merge(&mut value, changes);
         let state: Self = serde_json::from_value(value).map_err(broken)?;
         let mut paper = state.paper;
         paper.limit();
@@ -126,31 +110,34 @@ impl SharedState {
     }
 }
 
-/// The part of `value` that differs from `default`; `None` where nothing does. Objects are compared member by member where they have the
-/// same members, so that the variants of an enum stay whole.
-fn difference(default: &Value, value: Value) -> Option<Value> {
-    match (default, value) {
-        (default, value) if *default == value => None,
-        (Value::Object(default), Value::Object(value)) if default.keys().eq(value.keys()) => {
-            let members = value.into_iter().filter_map(|(name, member)| {
-                let changed = difference(&default[&name], member)?;
-                Some((name, changed))
-            });
-            Some(Value::Object(members.collect()))
-        }
-        (_, value) => Some(value),
-    }
-}
+/// Members of states by earlier versions, and their places now.
+const EARLIER_PLACES: [(&[&str], &[&str]); 7] = [
+    (&["nodes", "topmost"], &["views", "Icicle", "topmost"]),
+    (&["nodes", "unfolded"], &["views", "Nodes", "unfolded"]),
+    (&["lab", "icicle"], &["views", "Icicle"]),
+    (&["lab", "nodes"], &["views", "Nodes", "order"]),
+    (&["lab", "plots"], &["views", "Plots"]),
+    (&["lab", "motion"], &["views", "Motion"]),
+    (&["lab"], &["picture"]),
+];
 
-/// Puts a difference back over the default.
-fn merge(value: &mut Value, difference: Value) {
-    match (value, difference) {
-        (Value::Object(value), Value::Object(difference)) if difference.keys().all(|name| value.contains_key(name)) => {
-            for (name, member) in difference {
-                merge(&mut value[&name], member);
+/// Moves members of `changes` that an earlier version had elsewhere to their present places.
+fn move_earlier_places(changes: &mut Value) {
+    for (from, to) in EARLIER_PLACES {
+        let Some((name, parents)) = from.split_last() else { continue };
+        let parent = parents.iter().try_fold(&mut *changes, |value, name| value.get_mut(name));
+        let Some(member) = parent.and_then(|parent| parent.as_object_mut()?.remove(*name)) else { continue };
+        let mut place = &mut *changes;
+        for name in to {
+            if !place.is_object() {
+                *place = Value::Object(<_>::default());
             }
+            place = &mut place[name];
         }
-        (value, difference) => *value = difference,
+        match (place, member) {
+            (Value::Object(place), Value::Object(member)) => place.extend(member),
+            (place, member) => *place = member,
+        }
     }
 }
 
@@ -158,7 +145,7 @@ fn merge(value: &mut Value, difference: Value) {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::app::state::lab::LabState;
+    use crate::app::state::model::Model;
     use crate::lab::ray::RayMethod;
     use crate::render::RayKind;
     use crate::render::Shading;
@@ -175,7 +162,7 @@ mod tests {
         let only = Some(vec![[0, 3], [7, 7]]);
         state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), only, ..SharedNodes::default() };
         state.dock = Some("Nodes".to_owned());
-        state.lab.clusters_left = Some(40);
+        state.picture.clusters_left = Some(40);
         let line = state.line();
         assert_eq!(SharedState::parse(&line).unwrap(), state, "{line}");
         let word = unquote(line.strip_prefix(COMMAND).unwrap());
@@ -184,12 +171,17 @@ mod tests {
 
     #[test]
     fn lines_of_earlier_versions_are_read() {
-        let line = r#"1 {"dock":"Ray","lab":{"merge_order":"level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4}}"#;
+        let line = r#"1 {"dock":"Ray","lab":{"icicle":{"width":"Visits"},"nodes":{"ascending":true},"merge_order":"level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4,"topmost":2,"unfolded":[0,2]}}"#;
         let state = SharedState::parse(line).unwrap();
         assert_eq!((state.dock.as_deref(), state.nodes.selected), (Some("Ray"), Some(4)));
-        let mut lab = LabState::default();
-        lab.show_shared(state.lab);
-        assert_eq!((lab.ray.kind, lab.ray.method, lab.ray.cursor), (RayKind::Shadow, RayMethod::Wide, 3));
+        let views = serde_json::to_string(&state.views).unwrap();
+        assert_eq!(
+            views,
+            r#"{"Icicle":{"topmost":2,"width":"Visits"},"Nodes":{"order":{"ascending":true},"unfolded":[0,2]}}"#
+        );
+        let mut model = Model::default();
+        model.show_shared_picture(state.picture);
+        assert_eq!((model.ray.kind, model.ray.method, model.ray.cursor), (RayKind::Shadow, RayMethod::Wide, 3));
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
         StudyPlan::new(
             "findings",
             "Examining",
-            |state| &mut state.lab.findings,
+            |state| &mut state.model.derived.findings,
             |state, _| {
                 let is_open = state.preferences.sections.get("Findings").copied().unwrap_or(false);
                 Some((state.presented_tree().filter(|_| is_open && state.shows_panel(Side::Left))?, ()))
@@ -36,9 +36,9 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
         StudyPlan::new(
             "curve",
             "Sorting along the curve",
-            |state| &mut state.lab.curve.scaffold,
+            |state| &mut state.model.curve.scaffold,
             |state, _| {
-                let curve = &state.lab.curve;
+                let curve = &state.model.curve;
                 Some((state.presented_tree().filter(|_| curve.shown)?, curve.level))
             },
         ),
@@ -48,7 +48,7 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
         StudyPlan::new(
             "survival",
             "Finding common nodes",
-            |state| &mut state.lab.survival,
+            |state| &mut state.model.derived.survival,
             |state, _| {
                 let second = state.model.second.as_ref()?;
                 Some((state.presented_tree()?, OtherTree::new(&second.accel)))
@@ -66,7 +66,7 @@ fn add_moved(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "moved",
         "Finding moved nodes",
-        |state| &mut state.lab.moved,
+        |state| &mut state.model.derived.moved,
         |state, _| {
             let is_wanted = state.colors_by(ColorBy::Survival) && state.wanted.second.is_none();
             Some((state.presented_tree().filter(|accel| is_wanted && before_passes(accel).is_some())?, ()))
@@ -94,9 +94,9 @@ fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
             label,
             at_once: false,
             is_quiet: true,
-            study: |state| &mut state.lab.at_rest.first,
+            study: |state| &mut state.model.derived.at_rest.first,
             wanted: |state, idle| {
-                let shown = state.model.presented.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;
+                let shown = state.model.presented.as_ref().filter(|_| state.model.derived.at_rest.may_measure(idle))?;
                 Some((Arc::clone(&shown.accel), shown.threads))
             },
         },
@@ -108,12 +108,12 @@ fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
             label,
             at_once: false,
             is_quiet: true,
-            study: |state| &mut state.lab.at_rest.second,
+            study: |state| &mut state.model.derived.at_rest.second,
             wanted: |state, idle| {
-                let shown = state.model.second.as_ref().filter(|_| state.lab.at_rest.may_measure(idle))?;
+                let shown = state.model.second.as_ref().filter(|_| state.model.derived.at_rest.may_measure(idle))?;
                 // One after the other.
                 let first = state.model.presented.as_ref()?;
-                state.lab.at_rest.first.get(&first.accel, &first.threads)?;
+                state.model.derived.at_rest.first.get(&first.accel, &first.threads)?;
                 Some((Arc::clone(&shown.accel), shown.threads))
             },
         },

@@ -11,7 +11,7 @@ use super::draw::{FallbackTexture, Tint};
 use super::picking::{pixel_at, rect_px};
 use super::sides::side_at;
 use super::{input, picking, sides};
-use crate::app::state::lab::MergesState;
+use crate::app::state::PictureCut;
 use crate::app::state::{AppState, HoveredPixel, Standing, TreeSide};
 use crate::app::theme;
 
@@ -164,10 +164,10 @@ impl Viewport {
 
 /// The clusters that are drawn in place of the chosen depths: those of the step that the open view "Merges" shows.
 fn standing(state: &mut AppState) -> Option<Arc<Standing>> {
-    let wanted = state.preferences.show_containers && state.preferences.dock.shows(MergesState::VIEW);
+    let wanted = state.preferences.show_containers && state.preferences.dock.shows(PictureCut::VIEW);
     let budget = choice::budget(state) as usize;
     let presented = state.model.presented.as_ref().filter(|_| wanted)?;
-    state.lab.merges.standing(presented, budget)
+    state.model.cut.standing(&presented.accel, budget)
 }
 
 /// Before the first picture: the progress of the running job, or what to do.

@@ -1,35 +1,132 @@
-//! The views of the dock, a folder each: what it shows and what it derives. [`VIEWS`] is the only list of them.
+//! The views of the dock, a folder each: its state, what it shows and what it derives. [`VIEWS`] is the only list of them.
 
 mod axes;
 mod parts;
 
-mod icicle;
+pub mod icicle;
 mod merges;
-mod motion;
-mod nodes;
+pub mod motion;
+pub mod nodes;
 mod paper;
-mod plots;
+pub mod plots;
 mod ray;
 
 use egui::{Key, Ui};
 
-use crate::app::state::AppState;
+use crate::app::state::{AppState, ViewState, ViewStates};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::population::ViewRays;
 use crate::overlay::ColorBy;
 
 /// The views, in the order of their tabs.
-pub(crate) static VIEWS: [View; 7] =
-    [merges::VIEW, icicle::VIEW, ray::VIEW, nodes::VIEW, plots::VIEW, paper::VIEW, motion::VIEW];
+pub(crate) static VIEWS: [Tab; 7] = [
+    Tab::of::<merges::MergesView>(),
+    Tab::of::<icicle::IcicleView>(),
+    Tab::of::<ray::RayView>(),
+    Tab::of::<nodes::NodesView>(),
+    Tab::of::<plots::PlotsView>(),
+    Tab::of::<paper::PaperView>(),
+    Tab::of::<motion::MotionView>(),
+];
+
+/// A view of the dock. Its state holds what the user chose in it and what it derived.
+pub(crate) trait View: ViewState {
+    /// Its purpose in one sentence.
+    const PURPOSE: &'static str;
+    /// The key that opens and closes it.
+    const KEY: Key;
+
+    /// Shows it. Meanwhile the state has a view of this type that is as at the start.
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState);
+
+    /// What it shows that is derived for several views.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// Goes on with what plays in it while it is open. Called before the panels, which then all show the same.
+    fn play(_: &Ui, _: &mut AppState) {}
+
+    /// Adds its background studies.
+    fn add_studies(_: &mut Studies) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What a view shows now that is derived for several views.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Needs {
+    /// Measured visits of each node.
+    pub(crate) visits: bool,
+    /// Savings from rebuilding each subtree.
+    pub(crate) regrets: bool,
+    /// Numbers of primitives below each node.
+    pub(crate) counts: bool,
+}
+
+/// A view as the window sees it.
+pub(crate) struct Tab {
+    /// The name on its tab, by which saved settings and shared states name it too.
+    pub(crate) name: &'static str,
+    /// Its purpose in one sentence.
+    pub(crate) purpose: &'static str,
+    /// The key that opens and closes it.
+    pub(crate) key: Key,
+    /// Shows it.
+    pub(crate) ui: fn(&mut Ui, &mut AppState),
+    needs: fn(&AppState) -> Needs,
+    play: fn(&Ui, &mut AppState),
+    add_state: fn(&mut ViewStates),
+    add_studies: fn(&mut Studies) -> std::io::Result<()>,
+    #[cfg(test)]
+    add_changed: fn(&mut ViewStates),
+}
+
+impl Tab {
+    const fn of<V: View>() -> Self {
+        Self {
+            name: V::NAME,
+            purpose: V::PURPOSE,
+            key: V::KEY,
+            ui: |ui, state| {
+                let mut view = std::mem::take(state.views.get_mut::<V>());
+                view.ui(ui, state);
+                *state.views.get_mut() = view;
+            },
+            needs: |state| state.views.get::<V>().needs(),
+            play: V::play,
+            add_state: |states| states.add(V::default()),
+            add_studies: V::add_studies,
+            #[cfg(test)]
+            add_changed: |states| states.add(V::changed()),
+        }
+    }
+}
+
+/// The states of all views at the start.
+pub fn states() -> ViewStates {
+    let mut states = ViewStates::default();
+    for view in &VIEWS {
+        (view.add_state)(&mut states);
+    }
+    states
+}
 
 /// The open view.
-pub(crate) fn open_view(state: &AppState) -> Option<&'static View> {
+pub(crate) fn open_view(state: &AppState) -> Option<&'static Tab> {
     VIEWS.iter().find(|view| state.preferences.dock.shows(view.name))
+}
+
+/// What the open view shows that is derived for several views.
+pub(crate) fn needs(state: &AppState) -> Needs {
+    open_view(state).map_or_else(Needs::default, |view| (view.needs)(state))
 }
 
 /// Goes on with what plays in the open view.
 pub(crate) fn play(ui: &Ui, state: &mut AppState) {
-    merges::play(ui, state);
+    if let Some(view) = open_view(state) {
+        (view.play)(ui, state);
+    }
 }
 
 /// Adds the background studies of all views.
@@ -44,17 +141,16 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "visits",
         "Measuring visits",
-        |state| &mut state.lab.visits,
+        |state| &mut state.model.derived.visits,
         |state, idle| {
-            let accel = open_view(state)
-                .filter(|view| (view.needs_visits)(state))
-                .and_then(|view| state.tree_of_view(view.name))?;
+            let view = open_view(state).filter(|view| (view.needs)(state).visits)?;
+            let accel = state.tree_of_view(view.name)?;
             // Not before the picture has come to rest.
-            if state.lab.rays(&accel.scene).is_none() && idle {
+            if state.model.derived.rays(&accel.scene).is_none() && idle {
                 let present = state.view_rays();
-                state.lab.measure_by(&accel.scene, present);
+                state.model.derived.measure_by(&accel.scene, present);
             }
-            let rays = state.lab.rays(&accel.scene)?;
+            let rays = state.model.derived.rays(&accel.scene)?;
             Some((accel, rays))
         },
     );
@@ -66,9 +162,9 @@ fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "regrets",
         "Rebuilding subtrees",
-        |state| &mut state.lab.regrets,
+        |state| &mut state.model.derived.regrets,
         |state, _| {
-            let by_view = open_view(state).filter(|view| (view.needs_regrets)(state));
+            let by_view = open_view(state).filter(|view| (view.needs)(state).regrets);
             let of_view = by_view.and_then(|view| state.tree_of_view(view.name));
             Some((of_view.or_else(|| state.presented_tree().filter(|_| state.colors_by(ColorBy::Regret)))?, ()))
         },
@@ -76,38 +172,23 @@ fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
     studies.add(plan, |accel, (), token| accel.compute_regrets(token).map(|_| ()))
 }
 
-/// A view of the dock as the window sees it.
-pub(crate) struct View {
-    /// The name on its tab, by which saved settings and shared lines name it too.
-    pub(crate) name: &'static str,
-    /// Its purpose in one sentence.
-    pub(crate) purpose: &'static str,
-    /// The key that opens and closes it.
-    pub(crate) key: Key,
-    /// Shows it.
-    pub(crate) ui: fn(&mut Ui, &mut AppState),
-    /// Adds its background studies.
-    add_studies: fn(&mut Studies) -> std::io::Result<()>,
-    /// Whether it shows measured visits now.
-    needs_visits: fn(&AppState) -> bool,
-    /// Whether it shows regrets now.
-    pub(crate) needs_regrets: fn(&AppState) -> bool,
-    /// It shows how many primitives are below each node.
-    pub(crate) needs_counts: bool,
-}
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
 
-impl View {
-    /// A view without studies, visits, regrets and counts.
-    const fn new(name: &'static str, purpose: &'static str, key: Key, ui: fn(&mut Ui, &mut AppState)) -> Self {
-        Self {
-            name,
-            purpose,
-            key,
-            ui,
-            add_studies: |_| Ok(()),
-            needs_visits: |_| false,
-            needs_regrets: |_| false,
-            needs_counts: false,
+    #[test]
+    fn every_control_of_every_view_is_shared_and_shown() {
+        let mut changed = ViewStates::default();
+        for view in &VIEWS {
+            (view.add_changed)(&mut changed);
         }
+        assert_eq!(changed.unchanged(), [""; 0], "not changed by this test");
+        let shared = changed.shared(None);
+        let mut other = states();
+        other.show_shared(shared.clone()).unwrap();
+        assert_eq!(other.shared(None), shared);
+        other.show_shared(states().shared(None)).unwrap();
+        assert!(other.shared(None).is_empty(), "back at the start");
     }
 }

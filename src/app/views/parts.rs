@@ -1,18 +1,17 @@
 //! Parts of views that list nodes: a row that stands for a node, with what pointing, clicking and double clicking do in
-//! every such list; small drop-down lists, and the button that measures visits from the present view.
+//! every such list; and the button that measures visits from the present view.
 
 use std::sync::Arc;
 
 use egui::{
-    self, Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo,
-    pos2, vec2,
+    self, Align2, Color32, CornerRadius, Rect, Response, Role, ScrollArea, Sense, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
 use crate::accel::Accel;
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, LabState, Presented, Request, Study};
+use crate::app::state::{AppState, Derived, Presented, Request, Study};
 use crate::app::theme;
-use crate::app::widgets::{Tip as _, empty_view, plain_drop_down};
+use crate::app::widgets::{DropDown, Tip as _, empty_view};
 use crate::lab::population::Population;
 
 /// Height of a row in points.
@@ -109,42 +108,31 @@ fn texts_from_the_right(ui: &Ui, rect: Rect, cells: &[Cell<'_>], color: Color32)
     right
 }
 
-/// A drop-down list beside its label. `choices` have a value, a name and what it means.
-pub(super) fn drop_down<T: Copy + PartialEq>(
-    ui: &mut Ui,
-    label: &str,
-    tip: &str,
-    value: &mut T,
-    choices: &[(T, &str, &str)],
-) {
-    ui.weak(label);
-    plain_drop_down(ui, ComboBox::from_id_salt(label), label, value, choices).tip(tip);
-}
-
 /// The button that measures visits by the rays of the present view.
 fn measure_here(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let scene = &shown.accel.scene;
     let present = state.view_rays();
-    let can = state.lab.rays(scene).is_some_and(|rays| rays != present.of(state.lab.population));
+    let can = state.model.derived.rays(scene).is_some_and(|rays| rays != present.of(state.model.derived.population));
     let response = ui.add_enabled(can, egui::Button::new("Measure this view"));
     let tip = "Count the visits again, by the rays of the view that you see now. Until then they stay those of an earlier view";
     let response = response.tip(tip).disabled_tip("Visits are those of the view that you see");
     if response.clicked() {
-        state.lab.measure_by(scene, present);
+        state.model.derived.measure_by(scene, present);
     }
 }
 
 /// The list of the kinds of rays that visits are measured by, and the button that measures those of the present view.
 pub(super) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let choices = Population::ALL.map(|population| (population, population.label(), population.meaning()));
-    drop_down(ui, "Rays", "The rays by which visits are measured", &mut state.lab.population, &choices);
+    let tip = "The rays by which visits are measured";
+    DropDown::new("Rays", &choices).beside(ui, "Rays", tip, &mut state.model.derived.population);
     measure_here(ui, state, shown);
 }
 
 /// Why no visits were measured, where the view has none of the chosen rays.
 pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static str> {
-    let rays = state.lab.rays(&shown.accel.scene)?;
-    let measured = state.lab.visits.get(&shown.accel, &rays)?;
+    let rays = state.model.derived.rays(&shown.accel.scene)?;
+    let measured = state.model.derived.visits.get(&shown.accel, &rays)?;
     (measured.sums.rays == 0).then(|| rays.population().absence(rays.light()))
 }
 
@@ -152,20 +140,19 @@ pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static st
 /// once it, or the measurement that it needs, was stopped.
 pub(super) fn wait_for<K: PartialEq, V>(
     ui: &mut Ui,
-    lab: &mut LabState,
+    derived: &mut Derived,
     accel: &Arc<Accel>,
-    study: fn(&mut LabState) -> &mut Study<K, V>,
-    inputs: fn(&LabState, &Arc<Accel>) -> Option<K>,
+    (study, inputs): (&mut Study<K, V>, Option<K>),
     text: &str,
 ) {
-    let is_cancelled = match inputs(lab, accel) {
-        Some(inputs) => study(lab).is_cancelled(accel, &inputs),
-        None => lab.is_measuring_stopped(accel),
+    let is_cancelled = match inputs {
+        Some(inputs) => study.is_cancelled(accel, &inputs),
+        None => derived.is_measuring_stopped(accel),
     };
     if waiting(ui, is_cancelled, text) {
-        study(lab).resume();
-        lab.visits.resume();
-        lab.regrets.resume();
+        study.resume();
+        derived.visits.resume();
+        derived.regrets.resume();
     }
 }
 

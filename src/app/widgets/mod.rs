@@ -1,6 +1,7 @@
 //! Widgets that the panels share: sections, labelled rows, sliders with a default, drop-down lists, statistics, icons.
 
 pub(crate) mod difference;
+mod drop_down;
 mod icon;
 mod panel;
 mod row;
@@ -9,11 +10,10 @@ mod statistic;
 pub(crate) mod table;
 mod tip;
 
+pub(crate) use drop_down::DropDown;
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{Header, empty_view, more, panel_frame, restore_sections, scroll, section, sections};
-pub(crate) use row::{
-    check, chip, combo, explained_combo, note_place, place_of, plain_drop_down, refusable_drop_down, row,
-};
+pub(crate) use row::{check, chip, note_place, place_of, row};
 pub(crate) use slider::{SliderSpec, slider};
 pub(crate) use statistic::{Statistic, copies, statistic, tip_with_hint, value_text};
 pub(crate) use tip::{Tip, hush, note_panel};

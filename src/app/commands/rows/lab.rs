@@ -7,7 +7,7 @@ use crate::app::commands::row::{ALT, Item, NONE, Row, is_presented, item, many, 
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::paper::{Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
-use crate::app::views::{VIEWS, View};
+use crate::app::views::{Tab, VIEWS};
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[
@@ -42,7 +42,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 
 /// One action per view of the dock.
 fn views() -> Vec<Item> {
-    let item_of = |view: &View| Item {
+    let item_of = |view: &Tab| Item {
         key: Some((NONE, view.key)),
         ..item(Action::ToggleDock(view.name), view.name, view.purpose)
     };

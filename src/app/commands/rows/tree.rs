@@ -92,9 +92,9 @@ const DRAWN: &[Row] = &[
         "Space-filling curve",
         "Draw the curve along which the triangles are sorted, and the cells at which they are split",
         &[],
-        |state, _| flip(&mut state.lab.curve.shown),
+        |state, _| flip(&mut state.model.curve.shown),
     )
-    .switch(|state, _| Some(state.lab.curve.shown)),
+    .switch(|state, _| Some(state.model.curve.shown)),
 ];
 
 fn presets() -> Vec<Item> {

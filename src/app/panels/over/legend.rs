@@ -143,7 +143,7 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
         let [first, last] = shown.table.drawn_depths(settings);
-        let depths = if standing.is_some() && state.lab.merges.wanted_cut().is_some() {
+        let depths = if standing.is_some() && state.model.cut.wanted_cut().is_some() {
             "nodes of the cut".to_owned()
         } else if standing.is_some() {
             "clusters that stand".to_owned()

@@ -24,9 +24,9 @@ const MOST_TRIANGLES: usize = 200;
 
 /// Shows the recorded ray within `rect`, the viewport's rectangle, while the view "Ray" is open.
 pub(crate) fn ray(ui: &Ui, rect: Rect, state: &AppState) {
-    let (Some(shown), Some(outcome)) = (&state.model.presented, state.lab.ray.shown()) else { return };
+    let (Some(shown), Some(outcome)) = (&state.model.presented, state.model.ray.shown()) else { return };
     let (Ok(record), true) = (&**outcome, state.shows_ray()) else { return };
-    let Some(step) = record.steps.get(state.lab.ray.cursor) else { return };
+    let Some(step) = record.steps.get(state.model.ray.cursor) else { return };
     let painter = ui.painter().with_clip_rect(rect);
     let [r, g, b] = Role::Traced.color().unwrap_or([255; 3]);
     let drawing = Drawing {
@@ -38,7 +38,7 @@ pub(crate) fn ray(ui: &Ui, rect: Rect, state: &AppState) {
         color: Color32::from_rgb(r, g, b),
         warm: theme::palette(ui).warm,
     };
-    drawing.triangles(record, state.lab.ray.cursor);
+    drawing.triangles(record, state.model.ray.cursor);
     drawing.line(record);
     drawing.points(record, step);
 }
@@ -125,7 +125,7 @@ const EDGES: [[usize; 2]; 12] =
 
 /// Paints it within `rect`, the viewport's rectangle.
 pub(crate) fn scaffold(ui: &Ui, rect: Rect, state: &AppState) {
-    let curve = &state.lab.curve;
+    let curve = &state.model.curve;
     let Some(shown) = state.model.presented.as_ref().filter(|_| curve.shown) else { return };
     let Some(Ok(scaffold)) = curve.scaffold.of_tree(&shown.accel).map(|known| (**known).as_ref()) else { return };
     let view = Projected::new(shown.frame.camera, rect);

@@ -2,9 +2,9 @@
 
 use egui::{self, Label, RichText, Ui};
 
-use crate::app::state::lab::CurveState;
+use crate::app::state::curve::CurveState;
 use crate::app::state::{AppState, before_passes};
-use crate::app::widgets::{Header, SliderSpec, check, combo, more, row, section, slider};
+use crate::app::widgets::{DropDown, Header, SliderSpec, check, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::overlay::{ColorBy, OverlaySettings};
 use bvhscope_engine::tree::ContainerKind;
@@ -42,7 +42,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             (choice, choice.label(), meaning)
         });
         let tip = "What the colour of a container means; the legend has the numbers";
-        combo(ui, "Colour by", tip, &mut overlay.color_by, &choices);
+        DropDown::new("Colour by", &choices).row(ui, tip, &mut overlay.color_by);
         more(ui, "containers", |ui| {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve(ui, state);
@@ -144,9 +144,9 @@ fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings, automatic: u32) {
 pub(super) fn curve(ui: &mut Ui, state: &mut AppState) {
     let tip = "Draw the curve along which AAC sorts the triangles: a line through their centres, from blue to orange";
     row(ui, "Sorting", tip, |ui| {
-        ui.horizontal(|ui| check(ui, &mut state.lab.curve.shown, "Curve through centres", tip)).response
+        ui.horizontal(|ui| check(ui, &mut state.model.curve.shown, "Curve through centres", tip)).response
     });
-    if !state.lab.curve.shown {
+    if !state.model.curve.shown {
         return;
     }
     let spec = SliderSpec {
@@ -158,9 +158,9 @@ pub(super) fn curve(ui: &mut Ui, state: &mut AppState) {
             f64::from(CurveState::default().level),
         )
     };
-    slider(ui, &mut state.lab.curve.level, &spec);
+    slider(ui, &mut state.model.curve.level, &spec);
     let palette = theme::palette(ui);
-    let known = state.model.presented.as_ref().and_then(|shown| state.lab.curve.scaffold.of_tree(&shown.accel));
+    let known = state.model.presented.as_ref().and_then(|shown| state.model.curve.scaffold.of_tree(&shown.accel));
     let (text, color) = match known.map(|known| (**known).as_ref()) {
         None => ("Sorting along the curve".to_owned(), palette.dim),
         Some(Err(reason)) => (reason.clone(), palette.warning),

@@ -13,7 +13,7 @@ use bvhscope_engine::WideBvh;
 
 /// Shows the section, folded until the user unfolds it: only then the model is examined.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let findings = state.lab.findings.get(&shown.accel, &()).cloned();
+    let findings = state.model.derived.findings.get(&shown.accel, &()).cloned();
     let summary = match findings.as_ref().map(|findings| findings.len()) {
         None => String::new(),
         Some(0) => "none".to_owned(),
@@ -21,10 +21,10 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     };
     let header = Header { folded: true, summary: &summary, ..Header::default() };
     section(ui, "FINDINGS", header, |ui| match findings {
-        None if state.lab.findings.is_cancelled(&shown.accel, &()) => {
+        None if state.model.derived.findings.is_cancelled(&shown.accel, &()) => {
             note(ui, "Stopped before everything was examined");
             if ui.button("Examine again").clicked() {
-                state.lab.findings.resume();
+                state.model.derived.findings.resume();
             }
         }
         None => note(ui, "Examining the model and its tree"),

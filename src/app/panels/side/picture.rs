@@ -5,7 +5,7 @@ use egui::{self, Ui};
 use crate::app::commands::{Action, SectionStep, shading_description};
 use crate::app::panels::side::histogram;
 use crate::app::state::AppState;
-use crate::app::widgets::{Header, SliderSpec, combo, row, section, slider};
+use crate::app::widgets::{DropDown, Header, SliderSpec, row, section, slider};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, RenderSettings, Shading};
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -16,7 +16,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         let render = &mut state.wanted.render;
         let shadings = Shading::ALL.map(|shading| (shading, shading.label(), shading_description(shading)));
         let tip = format!("What the colour of a pixel means (Alt+1 to Alt+{})", shadings.len());
-        combo(ui, "Shading", &tip, &mut render.shading, &shadings);
+        DropDown::new("Shading", &shadings).row(ui, &tip, &mut render.shading);
         let heat = matches!(render.shading, Shading::Heat(_));
         if render.shading == Shading::Lit {
             light(ui, state);
@@ -57,7 +57,7 @@ fn light(ui: &mut Ui, state: &mut AppState) {
     lights.reverse();
     let offered = if has_own || wanted == Light::File { &lights[..] } else { &lights[1..] };
     let tip = "Where the light comes from";
-    combo(ui, "Light", tip, &mut state.wanted.render.light, offered);
+    DropDown::new("Light", offered).row(ui, tip, &mut state.wanted.render.light);
     exposure(ui, state);
     let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
                stay as they are";
@@ -72,7 +72,7 @@ fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
             Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
         });
         let tip = "How rays visit nodes while tests are counted";
-        combo(ui, "Traversal", tip, &mut render.traversal, &orders);
+        DropDown::new("Traversal", &orders).row(ui, tip, &mut render.traversal);
     }
     let maps = ColorMap::ALL.map(|map| {
         let meaning = match map {
@@ -82,7 +82,7 @@ fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
         };
         (map, map.label(), meaning)
     });
-    combo(ui, "Colour map", "Colours from the smallest to the largest value", &mut render.color_map, &maps);
+    DropDown::new("Colour map", &maps).row(ui, "Colours from the smallest to the largest value", &mut render.color_map);
 }
 
 /// The exposure: metered, or fixed by the slider.
@@ -133,12 +133,10 @@ fn normals(ui: &mut Ui, state: &mut AppState) {
         };
         (source, source.label(), meaning)
     });
-    combo(
+    DropDown::new("Normals", &sources).row(
         ui,
-        "Normals",
         "What makes surfaces look smooth; the triangles stay as they are",
         &mut render.normals,
-        &sources,
     );
     if render.normals != NormalSource::Crease {
         return;

@@ -158,7 +158,7 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         let tip = "What this node alone adds to the SAH cost of the tree";
         statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(&terms::SAH_COST));
     }
-    let visits = state.lab.known_visits(&shown.accel);
+    let visits = state.model.derived.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     for metric in [metrics::OVERLAP, metrics::EMPTY_SPACE, metrics::REGRET] {
         if let Some(value) = values.get(metric, node) {

@@ -7,7 +7,7 @@ use egui::{Button, Checkbox, Grid, Label, RadioButton, RichText, Ui};
 
 use crate::app::commands::{Action, CompareStep};
 use crate::app::state::{AppState, TreeSide};
-use crate::app::widgets::{Header, SliderSpec, Tip as _, check, chip, explained_combo, row, section, slider};
+use crate::app::widgets::{DropDown, Header, SliderSpec, Tip as _, check, chip, row, section, slider};
 use crate::app::{format, theme};
 use crate::catalog::settings::{Choice, Number, SETTINGS, Setting, Value};
 use crate::text::file_name;
@@ -134,7 +134,7 @@ fn list(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice]
     let named = options.iter().enumerate().map(|(index, option)| (Some(index), option.label, option.tip.as_str()));
     let choices: Vec<_> = unnamed.into_iter().chain(named).collect();
     let refused = |index: Option<usize>| index.and_then(|index| refusal(state, |build| set(build, index)));
-    if explained_combo(ui, setting.label, setting.tip, &mut index, &choices, refused)
+    if DropDown::new(setting.label, &choices).explained().refusing(&refused).row(ui, setting.tip, &mut index)
         && let Some(index) = index
     {
         set(state.edited_build_mut(), index);

@@ -7,8 +7,9 @@ use egui::{
     StrokeKind, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
+use super::{IcicleLayout, IcicleView};
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, IcicleLayout, LabState, Presented, Request};
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts;
 use crate::app::{format, theme};
 use crate::catalog::metrics::METRICS;
@@ -20,36 +21,110 @@ const LEVEL_HEIGHT: [f32; 2] = [4.0, 18.0];
 /// Least width and height of a cell in points that has its name in it.
 const NAMED_SIZE: [f32; 2] = [44.0, 13.0];
 
-/// Shows the icicle.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let rect = ui.available_rect_before_wrap();
-    let scale = ui.ctx().pixels_per_point();
-    let columns = (rect.width() * scale).floor().max(1.0) as u32;
-    let levels = (rect.height() / LEVEL_HEIGHT[0]).floor().max(1.0) as u32;
-    let visits = state.lab.known_visits(&shown.accel);
-    let height = |layout: &IcicleLayout| {
-        (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1])
-    };
-    let Some(layout) = state.lab.icicle.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
-        parts::wait_for(
-            ui,
-            &mut state.lab,
-            &shown.accel,
-            |lab| &mut lab.icicle.sums,
-            LabState::icicle_inputs,
-            "Measuring the subtrees",
-        );
-        return;
-    };
-    let response = ui.allocate_rect(rect, Sense::click());
-    let count = format::count(layout.icicle.cells.len() as u64);
-    let name = format!("Icicle of {count} nodes, widths by {}", state.lab.icicle.width.label());
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
-    let plot = Plot { layout: &layout, rect, column: 1.0 / scale, height: height(&layout) };
-    plot.paint(ui);
-    plot.marks(ui, state, shown);
-    pointer(state, shown, &plot, &response);
-    keys(ui, state, shown, &response);
+impl IcicleView {
+    /// Shows the icicle.
+    pub(super) fn plot(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        let rect = ui.available_rect_before_wrap();
+        let scale = ui.ctx().pixels_per_point();
+        let columns = (rect.width() * scale).floor().max(1.0) as u32;
+        let levels = (rect.height() / LEVEL_HEIGHT[0]).floor().max(1.0) as u32;
+        let visits = state.model.derived.known_visits(&shown.accel);
+        let height = |layout: &IcicleLayout| {
+            (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1])
+        };
+        let Some(layout) = self.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
+            let derived = &mut state.model.derived;
+            let inputs = self.inputs(derived, &shown.accel);
+            parts::wait_for(ui, derived, &shown.accel, (&mut self.sums, inputs), "Measuring the subtrees");
+            return;
+        };
+        let response = ui.allocate_rect(rect, Sense::click());
+        let count = format::count(layout.icicle.cells.len() as u64);
+        let name = format!("Icicle of {count} nodes, widths by {}", self.width.label());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+        let plot = Plot { layout: &layout, rect, column: 1.0 / scale, height: height(&layout) };
+        plot.paint(ui);
+        plot.marks(ui, state, shown);
+        self.pointer(state, shown, &plot, &response);
+        self.keys(ui, state, shown, &response);
+    }
+
+    /// Lights up the node at the pointer with its numbers; a click selects it, a double click zooms to it and frames it.
+    fn pointer(&mut self, state: &mut AppState, shown: &Presented, plot: &Plot<'_>, response: &Response) {
+        let Some(cell) = response.hover_pos().and_then(|at| plot.cell_at(at)).copied() else { return };
+        state.selection.point_at(cell.node);
+        response.clone().on_hover_text_at_pointer(self.facts(state, shown, &cell));
+        if response.clicked() {
+            response.request_focus();
+            state.select_node(cell.node);
+        }
+        if response.double_clicked() {
+            self.zoom_to(cell.node);
+            state.activity.requests.push(Request::Perform(Action::FrameSelection));
+        }
+    }
+
+    /// The numbers of a cell's node.
+    fn facts(&self, state: &AppState, shown: &Presented, cell: &IcicleCell) -> String {
+        let node = cell.node;
+        let visits = state.model.derived.known_visits(&shown.accel);
+        let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+        let kind = if shown.table.is_leaf(node) { "Leaf" } else { "Node" };
+        let mut text = format!("{kind} {}", format::count(u64::from(node)));
+        let mut line = |name: &str, value: String| {
+            // Writing into a string cannot fail.
+            let _ = write!(text, "\n{name}: {value}");
+        };
+        if let Some(sums) = self.sums.of_tree(&shown.accel)
+            && let (Some(&own), Some(&whole)) = (sums.get(node as usize), sums.first())
+            && whole > 0.0
+        {
+            let share = format::percent(f64::from(own / whole));
+            line(&format!("{} with all below", self.width.label()), share);
+        }
+        for metric in METRICS {
+            if let Some(value) = values.get(metric, node) {
+                line(metric.label, super::metric_text(metric, value));
+            }
+        }
+        if cell.is_narrow {
+            text.push_str("\nNarrower than a pixel: its neighbours are not drawn. Zoom in to see them");
+        }
+        text
+    }
+
+    /// While the icicle has the keyboard: arrows walk the tree, Enter zooms to the selected node, Backspace zooms out.
+    fn keys(&mut self, ui: &Ui, state: &mut AppState, shown: &Presented, response: &Response) {
+        if !response.has_focus() {
+            return;
+        }
+        let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+        let stroke = Stroke::new(1.0, theme::palette(ui).accent);
+        ui.painter().rect_stroke(response.rect, CornerRadius::same(2), stroke, StrokeKind::Inside);
+        let pressed = |key: Key| ui.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+        let walks = [
+            (Key::ArrowUp, Action::SelectParent),
+            (Key::ArrowDown, Action::SelectChild),
+            (Key::ArrowLeft, Action::SelectPreviousSibling),
+            (Key::ArrowRight, Action::SelectNextSibling),
+        ];
+        for (key, action) in walks {
+            if pressed(key) {
+                state.activity.requests.push(Request::Perform(action));
+            }
+        }
+        if pressed(Key::Enter)
+            && let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len())
+        {
+            self.zoom_to(node);
+        }
+        if pressed(Key::Backspace)
+            && let Some(parent) = shown.table.parent(self.top())
+        {
+            self.zoom_to(parent);
+        }
+    }
 }
 
 /// Where cells are on the screen.
@@ -124,83 +199,6 @@ impl Plot<'_> {
                 node = shown.table.parent(at);
             }
         }
-    }
-}
-
-/// Lights up the node at the pointer with its numbers; a click selects it, a double click zooms to it and frames it.
-fn pointer(state: &mut AppState, shown: &Presented, plot: &Plot<'_>, response: &Response) {
-    let Some(cell) = response.hover_pos().and_then(|at| plot.cell_at(at)).copied() else { return };
-    state.selection.point_at(cell.node);
-    response.clone().on_hover_text_at_pointer(facts(state, shown, &cell));
-    if response.clicked() {
-        response.request_focus();
-        state.select_node(cell.node);
-    }
-    if response.double_clicked() {
-        state.lab.icicle.zoom_to(cell.node);
-        state.activity.requests.push(Request::Perform(Action::FrameSelection));
-    }
-}
-
-/// The numbers of a cell's node.
-fn facts(state: &AppState, shown: &Presented, cell: &IcicleCell) -> String {
-    let node = cell.node;
-    let visits = state.lab.known_visits(&shown.accel);
-    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
-    let kind = if shown.table.is_leaf(node) { "Leaf" } else { "Node" };
-    let mut text = format!("{kind} {}", format::count(u64::from(node)));
-    let mut line = |name: &str, value: String| {
-        // Writing into a string cannot fail.
-        let _ = write!(text, "\n{name}: {value}");
-    };
-    if let Some(sums) = state.lab.icicle.sums.of_tree(&shown.accel)
-        && let (Some(&own), Some(&whole)) = (sums.get(node as usize), sums.first())
-        && whole > 0.0
-    {
-        let share = format::percent(f64::from(own / whole));
-        line(&format!("{} with all below", state.lab.icicle.width.label()), share);
-    }
-    for metric in METRICS {
-        if let Some(value) = values.get(metric, node) {
-            line(metric.label, super::metric_text(metric, value));
-        }
-    }
-    if cell.is_narrow {
-        text.push_str("\nNarrower than a pixel: its neighbours are not drawn. Zoom in to see them");
-    }
-    text
-}
-
-/// While the icicle has the keyboard: arrows walk the tree, Enter zooms to the selected node, Backspace zooms out.
-fn keys(ui: &Ui, state: &mut AppState, shown: &Presented, response: &Response) {
-    if !response.has_focus() {
-        return;
-    }
-    let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
-    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
-    let stroke = Stroke::new(1.0, theme::palette(ui).accent);
-    ui.painter().rect_stroke(response.rect, CornerRadius::same(2), stroke, StrokeKind::Inside);
-    let pressed = |key: Key| ui.input(|input| input.modifiers.is_none() && input.key_pressed(key));
-    let walks = [
-        (Key::ArrowUp, Action::SelectParent),
-        (Key::ArrowDown, Action::SelectChild),
-        (Key::ArrowLeft, Action::SelectPreviousSibling),
-        (Key::ArrowRight, Action::SelectNextSibling),
-    ];
-    for (key, action) in walks {
-        if pressed(key) {
-            state.activity.requests.push(Request::Perform(action));
-        }
-    }
-    if pressed(Key::Enter)
-        && let Some(node) = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len())
-    {
-        state.lab.icicle.zoom_to(node);
-    }
-    if pressed(Key::Backspace)
-        && let Some(parent) = shown.table.parent(state.lab.icicle.top())
-    {
-        state.lab.icicle.zoom_to(parent);
     }
 }
 

@@ -8,10 +8,14 @@ mod price;
 mod reduction;
 mod why;
 
+use std::sync::Arc;
+
 use egui::{self, Button, Key, RichText, ScrollArea, Ui, vec2};
 
-use crate::app::state::lab::merges::{MergePage, MergeStudy, MergesState};
-use crate::app::state::{AppState, Presented};
+use crate::accel::Accel;
+use crate::app::state::picture_cut::{MergePage, MergeStudy, PictureCut};
+use crate::app::state::{AppState, Presented, ViewState};
+use crate::app::studies::Studies;
 use crate::app::theme;
 use crate::app::views::{View, parts};
 use crate::app::widgets::{chip, empty_view};
@@ -23,48 +27,73 @@ const PAGE_WIDTH: [f32; 2] = [240.0, 460.0];
 /// Longest time in seconds by which playing advances at once.
 const LONGEST_FRAME: f32 = 0.1;
 
-const PURPOSE: &str = "How the tree was built, merge by merge: scrub, play, and see why two clusters were merged";
+/// The construction of the tree, merge by merge. Its state is that of the clusters over the picture.
+#[derive(Debug, Default)]
+pub(crate) struct MergesView;
 
-/// The construction of the tree, merge by merge.
-pub(super) const VIEW: View =
-    View { add_studies: studies::add, ..View::new(MergesState::VIEW, PURPOSE, Key::F6, show) };
+impl ViewState for MergesView {
+    const NAME: &'static str = PictureCut::VIEW;
+    type Shared = ();
 
-fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = parts::presented(ui, state, "Open a model to see how its tree is built, merge by merge") else {
-        return;
-    };
-    let Some(known) = state.lab.merges.known(&shown.accel) else {
-        waiting(ui, state, &shown);
-        return;
-    };
-    match known.as_ref() {
-        Err(reason) => empty_view(ui, &format!("The merges of this tree cannot be shown: {reason}")),
-        Ok(study) if study.merges.timeline.steps() == 0 => {
-            empty_view(
-                ui,
-                "This tree is a single leaf: nothing was merged. Another builder, or more triangles, make a tree",
-            );
-        }
-        Ok(study) => view(ui, state, &shown, study),
+    fn shared(&self, _: Option<&Arc<Accel>>) {}
+
+    fn show_shared(&mut self, (): ()) {}
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        Self
     }
 }
 
-/// Goes on playing while the view is open. Called before the panels, which then all show the same step.
-pub(super) fn play(ui: &Ui, state: &mut AppState) {
-    let playing = state.lab.merges.playing.is_some() && state.preferences.dock.shows(MergesState::VIEW);
+impl View for MergesView {
+    const PURPOSE: &'static str =
+        "How the tree was built, merge by merge: scrub, play, and see why two clusters were merged";
+    const KEY: Key = Key::F6;
+
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
+        let hint = "Open a model to see how its tree is built, merge by merge";
+        let Some(shown) = parts::presented(ui, state, hint) else { return };
+        let Some(known) = state.model.cut.known(&shown.accel) else {
+            waiting(ui, state, &shown);
+            return;
+        };
+        match known.as_ref() {
+            Err(reason) => empty_view(ui, &format!("The merges of this tree cannot be shown: {reason}")),
+            Ok(study) if study.merges.timeline.steps() == 0 => {
+                empty_view(
+                    ui,
+                    "This tree is a single leaf: nothing was merged. Another builder, or more triangles, make a tree",
+                );
+            }
+            Ok(study) => view(ui, state, &shown, study),
+        }
+    }
+
+    fn play(ui: &Ui, state: &mut AppState) {
+        play(ui, state);
+    }
+
+    fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+        studies::add(studies)
+    }
+}
+
+/// Goes on playing.
+fn play(ui: &Ui, state: &mut AppState) {
+    let playing = state.model.cut.playing.is_some();
     let Some(shown) = state.model.presented.as_ref().filter(|_| playing) else { return };
-    let Some(known) = state.lab.merges.known(&shown.accel) else { return };
+    let Some(known) = state.model.cut.known(&shown.accel) else { return };
     let Ok(study) = known.as_ref() else { return };
     let seconds = ui.input(|input| input.stable_dt).min(LONGEST_FRAME);
-    state.lab.merges.advance(&study.merges, f64::from(seconds));
+    state.model.cut.advance(&study.merges, f64::from(seconds));
     let last = state.layout.graphics.standing.take();
-    state.layout.graphics.standing = last.and_then(|last| state.lab.merges.standing(shown, last.count));
+    state.layout.graphics.standing = last.and_then(|last| state.model.cut.standing(&shown.accel, last.count));
     ui.ctx().request_repaint();
 }
 
 /// The view until the merges are known.
 fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let study = &mut state.lab.merges.study;
+    let study = &mut state.model.cut.study;
     let cancelled = MergeOrder::ALL.iter().any(|order| study.is_cancelled(&shown.accel, order));
     if !cancelled {
         empty_view(ui, "Building the tree once more to record its merges …");
@@ -99,7 +128,7 @@ fn view(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy
 
 /// The part beside the plot.
 fn pages(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
-    let page = &mut state.lab.merges.page;
+    let page = &mut state.model.cut.page;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         let choices = [
@@ -132,15 +161,15 @@ fn pages(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStud
 /// Shows the merge that made a node when it is selected, wherever that was done.
 fn follow_selection(state: &mut AppState, study: &MergeStudy) {
     let selected = state.selection.nodes.selected;
-    let changed = std::mem::replace(&mut state.lab.merges.followed, selected) != selected;
+    let changed = std::mem::replace(&mut state.model.cut.followed, selected) != selected;
     // Nodes of a tree before its passes are others.
     if let Some(node) = selected.filter(|_| changed && study.table.is_none()) {
         let made = study.merges.timeline.merged();
         let exists = (node as usize) < 2 * made.len() + 1;
         let step = if exists { study.merges.timeline.lifetime(node).start } else { 0 };
         if step > 0 {
-            state.lab.merges.playing = None;
-            state.lab.merges.set_step(&study.merges, step);
+            state.model.cut.playing = None;
+            state.model.cut.set_step(&study.merges, step);
         }
     }
 }

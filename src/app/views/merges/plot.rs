@@ -10,7 +10,7 @@ use egui::{
 
 use crate::accel::is_same;
 use crate::app::state::AppState;
-use crate::app::state::lab::merges::{MergeStudy, MergesState};
+use crate::app::state::picture_cut::{MergeStudy, PictureCut};
 use crate::app::{format, theme};
 use crate::lab::merges::{Density, Merges};
 
@@ -55,16 +55,16 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     let merges = &study.merges;
     let steps = merges.timeline.steps();
-    let window = state.lab.merges.window.unwrap_or(steps).min(steps);
+    let window = state.model.cut.window.unwrap_or(steps).min(steps);
     let image = density_image(ui, study, window);
     let [left, top, bottom] = MARGINS;
     let plot = Rect::from_min_max(rect.min + vec2(left, top), rect.max - vec2(4.0, bottom));
     let Density { steps: [first, count], range, .. } = *image.density;
     let axes = StepPlot { plot, first: first as f32, count: count.max(1) as f32, range };
 
-    scrub(ui, &mut state.lab.merges, merges, &axes, &response);
-    keys(ui, &mut state.lab.merges, merges, &response);
-    let step = state.lab.merges.step(merges);
+    scrub(ui, &mut state.model.cut, merges, &axes, &response);
+    keys(ui, &mut state.model.cut, merges, &response);
+    let step = state.model.cut.step(merges);
     response.widget_info(|| WidgetInfo::slider(true, f64::from(step.unwrap_or(0)), "Merge"));
 
     let palette = theme::palette(ui);
@@ -109,7 +109,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
 }
 
 /// Chooses the step under the pointer while the button is held.
-fn scrub(ui: &Ui, state: &mut MergesState, merges: &Merges, axes: &StepPlot, response: &Response) {
+fn scrub(ui: &Ui, state: &mut PictureCut, merges: &Merges, axes: &StepPlot, response: &Response) {
     let held = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
     let held = held || response.clicked_by(egui::PointerButton::Primary);
     if let Some(pointer) = response.interact_pointer_pos().filter(|_| held) {
@@ -121,7 +121,7 @@ fn scrub(ui: &Ui, state: &mut MergesState, merges: &Merges, axes: &StepPlot, res
 }
 
 /// Keyboard control while focused.
-fn keys(ui: &Ui, state: &mut MergesState, merges: &Merges, response: &Response) {
+fn keys(ui: &Ui, state: &mut PictureCut, merges: &Merges, response: &Response) {
     if !response.has_focus() {
         return;
     }

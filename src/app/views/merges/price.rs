@@ -20,8 +20,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         ),
         Some(node) => button(ui, state, shown, node),
     }
-    let Some(node) = state.lab.merges.price_of.filter(|&node| (node as usize) < shown.table.len()) else { return };
-    let price = &state.lab.merges.price;
+    let Some(node) = state.model.cut.price_of.filter(|&node| (node as usize) < shown.table.len()) else { return };
+    let price = &state.model.cut.price;
     match price.get(&shown.accel, &node).cloned().as_deref() {
         Some(Ok(comparison)) => result(ui, state, node, comparison, &shown.accel),
         Some(Err(reason)) => note(ui, &format!("Node {} cannot be compared: {reason}", format::count(node.into()))),
@@ -43,7 +43,7 @@ fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let label = format!("Compare node {} ({count})", format::count(node.into()));
     let tip = "Merges the leaves below it again, each time the closest pair of all, and compares both subtrees";
     if ui.add_enabled(small, egui::Button::new(label)).tip(tip).clicked() {
-        state.lab.merges.want_price(&shown.accel, node);
+        state.model.cut.want_price(&shown.accel, node);
     }
     if !small {
         let most = format::count(MAX_EXACT_LEAVES as u64);

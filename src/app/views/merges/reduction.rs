@@ -10,7 +10,7 @@ use egui::{
 };
 
 use crate::app::state::AppState;
-use crate::app::state::lab::merges::MergeStudy;
+use crate::app::state::picture_cut::MergeStudy;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::catalog::settings::{EPSILON, Setting, Stated, THRESHOLD, Value};

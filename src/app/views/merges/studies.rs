@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
+use super::MergesView;
 use crate::accel::{Accel, is_same};
-use crate::app::state::LabState;
-use crate::app::state::lab::merges::{ChoiceOf, CutNodes, MergePage, MergeStudy, MergesState};
+use crate::app::state::picture_cut::{ChoiceOf, CutNodes, MergePage, MergeStudy};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::lab::merges::{History, Merges, TreeOfRecord, merges_clusters};
 use crate::overlay::NodeTable;
@@ -28,8 +28,8 @@ fn add_merges(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "merges",
         "Recording merges",
-        |state| &mut state.lab.merges.study,
-        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, accel| Some(order_of(accel, lab.merges.order))),
+        |state| &mut state.model.cut.study,
+        |state, _| state.inputs_of(|_: &MergesView, model, accel| Some(order_of(accel, model.cut.order))),
     );
     studies.add(plan, move |accel, &order, token| study(accel, order, &last, token))
 }
@@ -38,8 +38,8 @@ fn add_choice(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "choice",
         "Comparing clusters",
-        |state| &mut state.lab.merges.choice,
-        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, accel| lab.merges.wanted_choice(accel)),
+        |state| &mut state.model.cut.choice,
+        |state, _| state.inputs_of(|_: &MergesView, model, accel| model.cut.wanted_choice(accel)),
     );
     studies.add(plan, |_, of: &ChoiceOf, token| {
         of.history.construction.as_ref().map_or(Ok(None), |construction| construction.choice(of.merge, token))
@@ -50,8 +50,8 @@ fn add_cut(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "cut",
         "Cutting the tree",
-        |state| &mut state.lab.merges.cut,
-        |state, _| state.inputs_of_view(MergesState::VIEW, |lab, _| lab.merges.wanted_cut()),
+        |state| &mut state.model.cut.cut,
+        |state, _| state.inputs_of(|_: &MergesView, model, _| model.cut.wanted_cut()),
     );
     studies.add(plan, |accel, &cut, token| cut_nodes(accel, cut, token))
 }
@@ -60,10 +60,10 @@ fn add_price(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "price",
         "Clustering exactly",
-        |state| &mut state.lab.merges.price,
+        |state| &mut state.model.cut.price,
         |state, _| {
-            state.inputs_of_view(MergesState::VIEW, |LabState { merges, .. }, accel| {
-                let node = merges.price_of.filter(|_| merges.page == MergePage::Price)?;
+            state.inputs_of(|_: &MergesView, model, accel| {
+                let node = model.cut.price_of.filter(|_| model.cut.page == MergePage::Price)?;
                 ((node as usize) < accel.tree.node_count()).then_some(node)
             })
         },

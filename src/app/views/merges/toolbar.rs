@@ -1,10 +1,10 @@
 //! Controls of the view: order, play, speed, and which clusters are drawn. The present merge in words.
 
-use egui::{self, ComboBox, DragValue, Label, Response, RichText, Sense, Slider, Ui, WidgetInfo, vec2};
+use egui::{self, DragValue, Label, Response, RichText, Sense, Slider, Ui, WidgetInfo, vec2};
 
-use crate::app::state::lab::merges::{CutKind, MergeStudy, MergesState};
+use crate::app::state::picture_cut::{CutKind, MergeStudy, PictureCut};
 use crate::app::state::{AppState, Presented};
-use crate::app::widgets::{Icon, Tip as _, chip, icon_button, plain_drop_down};
+use crate::app::widgets::{DropDown, Icon, Tip as _, chip, icon_button};
 use crate::app::{format, theme};
 use crate::lab::merges::merges_clusters;
 use bvhscope_engine::construction::MergeOrder;
@@ -15,7 +15,7 @@ const WINDOWS: [u32; 4] = [100_000, 10_000, 1_000, 100];
 /// Shows the controls.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
     let containers = state.preferences.show_containers;
-    let merges = &mut state.lab.merges;
+    let merges = &mut state.model.cut;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         if merges_clusters(&shown.accel) {
@@ -48,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
 }
 
 /// The orders of the merges.
-fn orders(ui: &mut Ui, merges: &mut MergesState) {
+fn orders(ui: &mut Ui, merges: &mut PictureCut) {
     for order in MergeOrder::ALL {
         let tip = match order {
             MergeOrder::Built => {
@@ -68,7 +68,7 @@ fn orders(ui: &mut Ui, merges: &mut MergesState) {
 }
 
 /// Buttons that move in time.
-fn transport(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+fn transport(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     let study = &study.merges;
     let step = merges.step(study);
     let last = study.timeline.steps();
@@ -106,9 +106,9 @@ fn icon(ui: &mut Ui, icon: Icon, name: &str, tip: &str) -> Response {
 }
 
 /// Speed of playing.
-fn speed(ui: &mut Ui, merges: &mut MergesState) {
+fn speed(ui: &mut Ui, merges: &mut PictureCut) {
     ui.spacing_mut().slider_width = 72.0;
-    let slider = Slider::new(&mut merges.speed, MergesState::SPEEDS[0]..=MergesState::SPEEDS[1])
+    let slider = Slider::new(&mut merges.speed, PictureCut::SPEEDS[0]..=PictureCut::SPEEDS[1])
         .logarithmic(true)
         .show_value(false);
     let speed = ui.add(slider);
@@ -122,7 +122,7 @@ fn speed(ui: &mut Ui, merges: &mut MergesState) {
 }
 
 /// Number of clusters that are left, which chooses the step too.
-fn left(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     let tip =
         "Number of clusters that stand at this step. By distance, these are the last so many: a cut through the tree";
     let most = study.merges.timeline.steps() + 1;
@@ -145,7 +145,7 @@ fn left(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
 }
 
 /// Which clusters are drawn over the picture.
-fn drawn(ui: &mut Ui, merges: &mut MergesState) {
+fn drawn(ui: &mut Ui, merges: &mut PictureCut) {
     let choices = [
         (CutKind::Step, "at this step"),
         (CutKind::Area, "of at most this area"),
@@ -167,7 +167,7 @@ fn drawn(ui: &mut Ui, merges: &mut MergesState) {
         CutKind::Area => {
             let mut percent = f64::from(merges.cut_area) * 100.0;
             let speed = (percent * 0.02).max(1e-4);
-            let [least, most] = MergesState::CUT_AREA.map(|share| f64::from(share) * 100.0);
+            let [least, most] = PictureCut::CUT_AREA.map(|share| f64::from(share) * 100.0);
             let field = DragValue::new(&mut percent).range(least..=most).speed(speed).max_decimals(4).suffix(" %");
             let response = ui.add(field);
             named(ui, &response, percent, "Largest area");
@@ -186,7 +186,7 @@ fn drawn(ui: &mut Ui, merges: &mut MergesState) {
 }
 
 /// How many of the last merges the plot shows.
-fn window(ui: &mut Ui, merges: &mut MergesState, study: &MergeStudy) {
+fn window(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     let all = study.merges.timeline.steps();
     let mut choices = vec![(None, "all merges".to_owned())];
     choices.extend(WINDOWS.into_iter().filter(|&last| last < all).map(|last| {
@@ -207,10 +207,8 @@ fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, width: f32, v
     if ui.available_size_before_wrap().x < width + LABEL_ROOM {
         ui.end_row();
     }
-    ui.label(RichText::new(name).color(theme::palette(ui).dim)).tip(tip);
     let choices: Vec<(T, &str, &str)> = choices.iter().map(|(choice, text)| (*choice, text.as_str(), "")).collect();
-    let list = ComboBox::from_id_salt(("merges", name)).width(width);
-    plain_drop_down(ui, list, &format!("{name} shown"), value, &choices).tip(tip);
+    DropDown::new(&format!("{name} shown"), &choices).width(width).beside(ui, name, tip, value);
 }
 
 /// Height of the line in points.
@@ -230,12 +228,12 @@ pub(super) fn status(ui: &mut Ui, state: &AppState, study: &MergeStudy) {
 fn present(state: &AppState, study: &MergeStudy) -> String {
     let merges = &study.merges;
     let steps = format::count(u64::from(merges.timeline.steps()));
-    if state.lab.merges.cut_kind != CutKind::Step {
+    if state.model.cut.cut_kind != CutKind::Step {
         let all =
             state.layout.graphics.standing.as_ref().map_or_else(|| "…".to_owned(), |cut| format::count(cut.all as u64));
         return format!("Cut through the tree: {all} clusters");
     }
-    let Some(step) = state.lab.merges.step(merges) else { return format!("{steps} merges; no step chosen") };
+    let Some(step) = state.model.cut.step(merges) else { return format!("{steps} merges; no step chosen") };
     let left = format::count(u64::from(merges.timeline.standing(step)));
     let Some(node) = merges.made_at(step) else {
         return format!("Nothing merged yet of {steps} merges · all {left} clusters stand");

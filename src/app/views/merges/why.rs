@@ -8,7 +8,7 @@ use egui::{
     self, Color32, CornerRadius, Label, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::state::lab::merges::MergeStudy;
+use crate::app::state::picture_cut::MergeStudy;
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -27,7 +27,7 @@ const LEGEND_GAP: f32 = 2.0;
 
 /// Shows why the present merge was made, or the last that was explained.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
-    let merges = &state.lab.merges;
+    let merges = &state.model.cut;
     if study.merges.history.construction.is_none() {
         note(
             ui,

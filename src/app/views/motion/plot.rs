@@ -5,8 +5,8 @@ use egui::{
     vec2,
 };
 
+use super::state::{MotionQuantity, MotionView, PolicyCurve, frame_cost};
 use crate::app::state::AppState;
-use crate::app::state::lab::{MotionQuantity, PolicyCurve, frame_cost};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::{format, theme};
 use crate::lab::motion::{FrameCost, MotionRow, cheapest, pays_from};
@@ -34,16 +34,14 @@ pub(super) fn color(ui: &Ui, policy: Policy) -> Color32 {
 }
 
 /// Shows the plot, the band and the findings.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
-    let drawn: Vec<&PolicyCurve> = curves
-        .iter()
-        .filter(|curve| !state.lab.motion.hidden.contains(&curve.policy) && !curve.rows.is_empty())
-        .collect();
+pub(super) fn show(ui: &mut Ui, view: &MotionView, state: &mut AppState, curves: &[PolicyCurve]) {
+    let drawn: Vec<&PolicyCurve> =
+        curves.iter().filter(|curve| !view.hidden.contains(&curve.policy) && !curve.rows.is_empty()).collect();
     let Some(first) = drawn.first() else {
         ui.weak("All policies are hidden: a click on one shows it");
         return;
     };
-    let (quantity, rays) = (state.lab.motion.quantity, state.lab.motion.rays);
+    let (quantity, rays) = (view.quantity, view.rays);
     let values = |curve: &PolicyCurve| -> Vec<[f64; 2]> {
         let point = |row: &MotionRow| Some([f64::from(row.seconds), quantity.of(row, rays)?]);
         curve.rows.iter().filter_map(point).collect()
@@ -81,7 +79,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, curves: &[PolicyCurve]) {
         let tip = text_of(row, quantity, rays);
         response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip);
     }
-    band(ui, state, &axes, &drawn);
+    band(ui, state, &axes, &drawn, rays);
     findings(ui, rays, &drawn);
 }
 
@@ -141,8 +139,7 @@ fn text_of(row: &MotionRow, quantity: MotionQuantity, rays: f64) -> String {
 }
 
 /// The cheapest policy of each frame, as a band below the plot.
-fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve]) {
-    let rays = state.lab.motion.rays;
+fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve], rays: f64) {
     let best = cheapest(&costs(drawn), rays);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAND), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Cheapest policy of each frame"));

@@ -1,14 +1,17 @@
 //! The view "Nodes": the outline of the tree, and beside it the worst nodes.
 
 mod ranking;
+mod state;
+
+pub use state::NodesView;
 
 use egui::{self, Key, Rect, RichText, Ui, UiBuilder, pos2, vec2};
 
-use crate::app::state::lab::{NodesState, RankingInputs};
-use crate::app::state::{AppState, LabState, OutlineRow, Presented};
+use self::state::{OutlineRow, RankingInputs};
+use crate::app::state::{AppState, Presented};
 use crate::app::studies::{Studies, StudyPlan};
-use crate::app::views::View;
 use crate::app::views::parts::{self, Cell};
+use crate::app::views::{Needs, View};
 use crate::app::widgets::{Icon, icon_button};
 use crate::app::{format, theme};
 use crate::lab::node_ranking::rank_nodes;
@@ -26,48 +29,83 @@ const FOLD: f32 = 16.0;
 /// Widths of the columns of triangles and area in points.
 const COLUMNS: [f32; 2] = [72.0, 56.0];
 
-const PURPOSE: &str = "Which nodes make rays slow: the worst by regret, cost, overlap, empty space or measured visits";
+impl View for NodesView {
+    const PURPOSE: &'static str =
+        "Which nodes make rays slow: the worst by regret, cost, overlap, empty space or measured visits";
+    const KEY: Key = Key::F9;
 
-/// The nodes that cost most.
-pub(super) const VIEW: View = View {
-    add_studies: add_ranking,
-    needs_visits: |_| true,
-    needs_regrets: |_| true,
-    needs_counts: true,
-    ..View::new(NodesState::VIEW, PURPOSE, Key::F9, show)
-};
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
+        let Some(shown) = parts::presented(ui, state, "Open a model to see the nodes of its tree") else { return };
+        let whole = ui.available_rect_before_wrap();
+        let split = whole.left() + whole.width() * OUTLINE_SHARE;
+        let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
+        let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
+        ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
+        ui.scope_builder(UiBuilder::new().max_rect(left), |ui| self.outline(ui, state, &shown));
+        ui.scope_builder(UiBuilder::new().max_rect(right), |ui| self.list(ui, state, &shown));
+        ui.advance_cursor_after_rect(whole);
+    }
 
-fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = parts::presented(ui, state, "Open a model to see the nodes of its tree") else { return };
-    let whole = ui.available_rect_before_wrap();
-    let split = whole.left() + whole.width() * OUTLINE_SHARE;
-    let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
-    let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
-    ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
-    ui.scope_builder(UiBuilder::new().max_rect(left), |ui| outline(ui, state, &shown));
-    ui.scope_builder(UiBuilder::new().max_rect(right), |ui| ranking::show(ui, state, &shown));
-    ui.advance_cursor_after_rect(whole);
+    fn needs(&self) -> Needs {
+        Needs { visits: true, regrets: true, counts: true }
+    }
+
+    fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+        let plan = StudyPlan::new(
+            "ranking",
+            "Ranking nodes",
+            |state| &mut state.views.get_mut::<Self>().ranking,
+            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(&model.derived, accel)),
+        );
+        studies.add(plan, |accel, inputs: &RankingInputs, token| {
+            let visits = inputs.visits.as_ref().map(|visits| &*visits.0);
+            rank_nodes(&NodeValues { accel, visits }, &inputs.order, token)
+        })
+    }
 }
 
-/// Shows the outline: the tree as rows that unfold. Only the rows in view are laid out.
-fn outline(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    heading(ui);
-    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
-    let outline = &mut state.lab.outline;
-    outline.follow(&shown.accel, &shown.table);
-    let revealed = selected.and_then(|node| outline.reveal(node, &shown.table));
-    let rows = outline.rows().len();
-    ui.spacing_mut().item_spacing.y = 0.0;
-    let area = parts::list(ui, "outline", revealed);
-    area.show_rows(ui, parts::ROW_HEIGHT, rows, |ui, range| {
-        let visible = state.lab.outline.rows().get(range).unwrap_or_default().to_vec();
-        // A level deep in the tree would leave no room for its text.
-        let indents = (ui.available_width() * 0.4 / INDENT) as u32;
-        let first = visible.iter().map(|row| row.depth).max().unwrap_or(0).saturating_sub(indents);
-        for row in visible {
-            show_row(ui, state, shown, row, INDENT * row.depth.saturating_sub(first) as f32);
+impl NodesView {
+    /// Shows the outline: the tree as rows that unfold. Only the rows in view are laid out.
+    fn outline(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        heading(ui);
+        let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
+        self.outline.follow(&shown.accel, &shown.table);
+        let revealed = selected.and_then(|node| self.outline.reveal(node, &shown.table));
+        let rows = self.outline.rows().len();
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let area = parts::list(ui, "outline", revealed);
+        area.show_rows(ui, parts::ROW_HEIGHT, rows, |ui, range| {
+            let visible = self.outline.rows().get(range).unwrap_or_default().to_vec();
+            // A level deep in the tree would leave no room for its text.
+            let indents = (ui.available_width() * 0.4 / INDENT) as u32;
+            let first = visible.iter().map(|row| row.depth).max().unwrap_or(0).saturating_sub(indents);
+            for row in visible {
+                self.row(ui, state, shown, row, INDENT * row.depth.saturating_sub(first) as f32);
+            }
+        });
+    }
+
+    /// A row of the outline, with the icon that folds and unfolds it.
+    fn row(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRow, indent: f32) {
+        let OutlineRow { node, .. } = row;
+        let table = &shown.table;
+        let leaf = table.is_leaf(node);
+        let name = format!("{} {}", if leaf { "leaf" } else { "node" }, format::count(u64::from(node)));
+        let triangles =
+            table.known_primitives(node).map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
+        let area = format::percent(f64::from(table.area_share(node)));
+        let cells = [Cell { text: &triangles, width: COLUMNS[0] }, Cell { text: &area, width: COLUMNS[1] }];
+        let response = parts::node_row(ui, state, node, (&name, indent + FOLD), &cells);
+        if !leaf {
+            let min = pos2(response.rect.left() + indent, response.rect.top());
+            let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));
+            let unfolded = self.outline.is_unfolded(node);
+            let label = format!("{} node {}", if unfolded { "Fold" } else { "Unfold" }, format::count(node.into()));
+            if icon_button(ui, rect, Icon::Fold(unfolded), &label).clicked() {
+                self.outline.toggle(node, table);
+            }
         }
-    });
+    }
 }
 
 /// The names of the columns.
@@ -83,39 +121,4 @@ fn heading(ui: &mut Ui) {
             ui.label(text("triangles")).on_hover_text("Triangles below the node");
         });
     });
-}
-
-fn show_row(ui: &mut Ui, state: &mut AppState, shown: &Presented, row: OutlineRow, indent: f32) {
-    let OutlineRow { node, .. } = row;
-    let table = &shown.table;
-    let leaf = table.is_leaf(node);
-    let name = format!("{} {}", if leaf { "leaf" } else { "node" }, format::count(u64::from(node)));
-    let triangles =
-        table.known_primitives(node).map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
-    let area = format::percent(f64::from(table.area_share(node)));
-    let cells = [Cell { text: &triangles, width: COLUMNS[0] }, Cell { text: &area, width: COLUMNS[1] }];
-    let response = parts::node_row(ui, state, node, (&name, indent + FOLD), &cells);
-    if !leaf {
-        let min = pos2(response.rect.left() + indent, response.rect.top());
-        let rect = Rect::from_min_size(min, vec2(FOLD, response.rect.height()));
-        let unfolded = state.lab.outline.is_unfolded(node);
-        let label = format!("{} node {}", if unfolded { "Fold" } else { "Unfold" }, format::count(node.into()));
-        if icon_button(ui, rect, Icon::Fold(unfolded), &label).clicked() {
-            state.lab.outline.toggle(node, table);
-        }
-    }
-}
-
-/// Adds the study: the ranking of the nodes.
-fn add_ranking(studies: &mut Studies) -> std::io::Result<()> {
-    let plan = StudyPlan::new(
-        "ranking",
-        "Ranking nodes",
-        |state| &mut state.lab.nodes.ranking,
-        |state, _| state.inputs_of_view(NodesState::VIEW, LabState::ranking_inputs),
-    );
-    studies.add(plan, |accel, inputs: &RankingInputs, token| {
-        let visits = inputs.visits.as_ref().map(|visits| &*visits.0);
-        rank_nodes(&NodeValues { accel, visits }, &inputs.order, token)
-    })
 }

@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 
 use egui::{self, Align, Align2, Layout, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 
+use super::NodesView;
 use crate::app::state::action::{Action, RankingStep};
-use crate::app::state::{AppState, LabState, Presented, Request};
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts::{self, Cell};
-use crate::app::widgets::Tip as _;
 use crate::app::widgets::table::HeaderCell;
+use crate::app::widgets::{DropDown, Tip as _};
 use crate::app::{format, theme};
 use crate::catalog::metrics::{GROWTH, METRICS, Metric, RANKED};
 use crate::lab::node_values::NodeValues;
@@ -24,103 +25,107 @@ fn column(metric: &Metric) -> f32 {
     if metric.label.chars().count() > 12 { 116.0 } else { 72.0 }
 }
 
-/// Shows the list.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let ranked = state.lab.nodes.ranking.of_tree(&shown.accel).cloned();
-    let ranked = ranked.as_deref().map_or(&[][..], |ranked| &ranked[..]);
-    controls(ui, state, shown, ranked);
-    ui.spacing_mut().item_spacing.y = 0.0;
-    header(ui, state, shown);
-    if ranked.is_empty() {
-        nothing(ui, state, shown);
-        return;
-    }
-    let area = parts::list(ui, "ranking", state.lab.nodes.reveal(state.selection.nodes.selected, ranked));
-    let visits = state.lab.known_visits(&shown.accel);
-    let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
-    area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
-        for &node in ranked.get(range).unwrap_or_default() {
-            let texts: Vec<_> =
-                columns(shown).map(|metric| (metric, value_text(metric, values.get(metric, node)))).collect();
-            let cells: Vec<_> = texts.iter().map(|(metric, text)| Cell { text, width: column(metric) }).collect();
-            parts::node_row(ui, state, node, (&name(shown, node), 4.0), &cells);
+impl NodesView {
+    /// Shows the list.
+    pub(super) fn list(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        let ranked = self.ranking.of_tree(&shown.accel).cloned();
+        let ranked = ranked.as_deref().map_or(&[][..], |ranked| &ranked[..]);
+        self.controls(ui, state, shown, ranked);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        self.header(ui, shown);
+        if ranked.is_empty() {
+            self.nothing(ui, state, shown);
+            return;
         }
-    });
-}
-
-/// The line in place of an empty list.
-fn nothing(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let is_ranked = state.lab.nodes.ranking.of_tree(&shown.accel).is_some();
-    let without_rays = parts::no_rays(state, shown).filter(|_| state.lab.nodes.order.metric.needs_visits);
-    let text = if is_ranked && state.lab.nodes.order.metric.needs_regrets && !shown.accel.report.stats.is_binary() {
-        "Subtrees are rebuilt of binary trees only"
-    } else if is_ranked {
-        "No node is that large and has this number"
-    } else if state.lab.nodes.order.metric.needs_regrets {
-        "Rebuilding subtrees, to see what each could save"
-    } else {
-        "Ranking the nodes"
-    };
-    let text = without_rays.unwrap_or(text);
-    parts::wait_for(ui, &mut state.lab, &shown.accel, |lab| &mut lab.nodes.ranking, LabState::ranking_inputs, text);
-}
-
-/// Title, filter and buttons.
-fn controls(ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]) {
-    ui.horizontal(|ui| {
-        let title = RichText::new("Worst nodes").color(theme::palette(ui).dim);
-        let tip = "The 1,000 worst nodes of the tree. A click selects one, a double click looks at it";
-        ui.label(title).tip(tip);
-        let meaning = "Leave out nodes whose surface area is a smaller part of the root's: few rays meet them";
-        let choices =
-            [(0.0, "any", meaning), (1e-4, "0.01 %", meaning), (1e-3, "0.1 %", meaning), (1e-2, "1 %", meaning)];
-        parts::drop_down(ui, "Larger than", meaning, &mut state.lab.nodes.order.min_area, &choices);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let copy = ui.add_enabled(!ranked.is_empty(), egui::Button::new("Copy"));
-            if copy.tip("Copy the list as tab-separated text").clicked() {
-                let text = tsv(state, shown, ranked);
-                state.copy(text, &format!("{} copied", format::counted(ranked.len() as u64, "node")));
-            }
-            for (step, label, key) in
-                [(RankingStep::Next, "Next", "Alt+."), (RankingStep::Previous, "Previous", "Alt+,")]
-            {
-                let tip = format!("Select the {} node of the list and look at it ({key})", label.to_lowercase());
-                if ui.add_enabled(!ranked.is_empty(), egui::Button::new(label)).tip(tip).clicked() {
-                    state.activity.requests.push(Request::Perform(Action::StepRanking(step)));
-                }
+        let area = parts::list(ui, "ranking", self.reveal(state.selection.nodes.selected, ranked));
+        let visits = state.model.derived.known_visits(&shown.accel);
+        let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
+        area.show_rows(ui, parts::ROW_HEIGHT, ranked.len(), |ui, range| {
+            for &node in ranked.get(range).unwrap_or_default() {
+                let texts: Vec<_> =
+                    columns(shown).map(|metric| (metric, value_text(metric, values.get(metric, node)))).collect();
+                let cells: Vec<_> = texts.iter().map(|(metric, text)| Cell { text, width: column(metric) }).collect();
+                parts::node_row(ui, state, node, (&name(shown, node), 4.0), &cells);
             }
         });
-    });
-    ui.horizontal(|ui| parts::rays(ui, state, shown));
-}
+    }
 
-/// The names of the columns, which sort by a click.
-fn header(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let palette = theme::palette(ui);
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), parts::ROW_HEIGHT), Sense::hover());
-    let order = state.lab.nodes.order;
-    let font = TextStyle::Body.resolve(ui.style());
-    ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
-    // The list beside its scroll bar has rows of this width.
-    let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
-    for metric in columns(shown).rev() {
-        let place = Rect::from_min_max(pos2(right - column(metric), rect.top()), pos2(right, rect.bottom()));
-        let cell = HeaderCell {
-            label: metric.label,
-            tip: &format!("{}. A click sorts by it, a second one the other way round", metric.meaning),
-            sorted: (order.metric == metric).then_some(order.ascending),
-            align: Align2::RIGHT_CENTER,
+    /// The line in place of an empty list.
+    fn nothing(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        let is_ranked = self.ranking.of_tree(&shown.accel).is_some();
+        let without_rays = parts::no_rays(state, shown).filter(|_| self.order.metric.needs_visits);
+        let text = if is_ranked && self.order.metric.needs_regrets && !shown.accel.report.stats.is_binary() {
+            "Subtrees are rebuilt of binary trees only"
+        } else if is_ranked {
+            "No node is that large and has this number"
+        } else if self.order.metric.needs_regrets {
+            "Rebuilding subtrees, to see what each could save"
+        } else {
+            "Ranking the nodes"
         };
-        if cell.show(ui, place, ui.scope_id().with(("sort", metric))) {
-            state.lab.nodes.sort_by(metric);
+        let text = without_rays.unwrap_or(text);
+        let derived = &mut state.model.derived;
+        let inputs = self.inputs(derived, &shown.accel);
+        parts::wait_for(ui, derived, &shown.accel, (&mut self.ranking, inputs), text);
+    }
+
+    /// Title, filter and buttons.
+    fn controls(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented, ranked: &[u32]) {
+        ui.horizontal(|ui| {
+            let title = RichText::new("Worst nodes").color(theme::palette(ui).dim);
+            let tip = "The 1,000 worst nodes of the tree. A click selects one, a double click looks at it";
+            ui.label(title).tip(tip);
+            let meaning = "Leave out nodes whose surface area is a smaller part of the root's: few rays meet them";
+            let choices =
+                [(0.0, "any", meaning), (1e-4, "0.01 %", meaning), (1e-3, "0.1 %", meaning), (1e-2, "1 %", meaning)];
+            DropDown::new("Larger than", &choices).beside(ui, "Larger than", meaning, &mut self.order.min_area);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let copy = ui.add_enabled(!ranked.is_empty(), egui::Button::new("Copy"));
+                if copy.tip("Copy the list as tab-separated text").clicked() {
+                    let text = tsv(state, shown, ranked);
+                    state.copy(text, &format!("{} copied", format::counted(ranked.len() as u64, "node")));
+                }
+                for (step, label, key) in
+                    [(RankingStep::Next, "Next", "Alt+."), (RankingStep::Previous, "Previous", "Alt+,")]
+                {
+                    let tip = format!("Select the {} node of the list and look at it ({key})", label.to_lowercase());
+                    if ui.add_enabled(!ranked.is_empty(), egui::Button::new(label)).tip(tip).clicked() {
+                        state.activity.requests.push(Request::Perform(Action::StepRanking(step)));
+                    }
+                }
+            });
+        });
+        ui.horizontal(|ui| parts::rays(ui, state, shown));
+    }
+
+    /// The names of the columns, which sort by a click.
+    fn header(&mut self, ui: &mut Ui, shown: &Presented) {
+        let palette = theme::palette(ui);
+        let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), parts::ROW_HEIGHT), Sense::hover());
+        let order = self.order;
+        let font = TextStyle::Body.resolve(ui.style());
+        ui.painter().text(rect.left_center() + vec2(4.0, 0.0), Align2::LEFT_CENTER, "node", font.clone(), palette.dim);
+        // The list beside its scroll bar has rows of this width.
+        let mut right = rect.right() - ui.spacing().scroll.allocated_width() - 4.0;
+        for metric in columns(shown).rev() {
+            let place = Rect::from_min_max(pos2(right - column(metric), rect.top()), pos2(right, rect.bottom()));
+            let cell = HeaderCell {
+                label: metric.label,
+                tip: &format!("{}. A click sorts by it, a second one the other way round", metric.meaning),
+                sorted: (order.metric == metric).then_some(order.ascending),
+                align: Align2::RIGHT_CENTER,
+            };
+            if cell.show(ui, place, ui.scope_id().with(("sort", metric))) {
+                self.sort_by(metric);
+            }
+            right -= column(metric) + parts::GAP;
         }
-        right -= column(metric) + parts::GAP;
     }
 }
 
 /// The list with all columns, separated by tabs.
 fn tsv(state: &AppState, shown: &Presented, ranked: &[u32]) -> String {
-    let visits = state.lab.known_visits(&shown.accel);
+    let visits = state.model.derived.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     let mut text = String::from("Node\tKind");
     for metric in METRICS {

@@ -3,12 +3,12 @@
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
-use egui::{self, Button, ComboBox, DragValue, RichText, Role, Ui, WidgetInfo, vec2};
+use egui::{self, Button, DragValue, RichText, Role, Ui, WidgetInfo, vec2};
 
 use crate::app::state::paper::{Display, Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
 use crate::app::theme;
-use crate::app::widgets::{Tip as _, chip, plain_drop_down};
+use crate::app::widgets::{DropDown, Tip as _, chip};
 
 /// Width of the dock in points from which the buttons name the paper's tables and figures, and stand apart.
 const NUMBERS_FROM: f32 = 1140.0;
@@ -166,10 +166,8 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
 
 /// A labelled drop-down list.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, choices: &[(T, String)]) {
-    ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
     let choices: Vec<(T, &str, &str)> = choices.iter().map(|(choice, text)| (*choice, text.as_str(), "")).collect();
-    let list = ComboBox::from_id_salt(("paper", name)).width(60.0);
-    plain_drop_down(ui, list, &format!("Measured {}", name.to_lowercase()), value, &choices).on_hover_text(tip);
+    DropDown::new(&format!("Measured {}", name.to_lowercase()), &choices).width(60.0).beside(ui, name, tip, value);
 }
 
 /// A labelled number field.

@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use egui::{self, Key, RichText, ScrollArea, Ui};
 
+use crate::accel::Accel;
 use crate::app::state::paper::{Display, Experiment, PaperPlan, PaperResult, apply_row, settings_of};
-use crate::app::state::{AppState, Request};
+use crate::app::state::{AppState, Request, ViewState};
 use crate::app::views::View;
 use crate::app::widgets::Tip as _;
 use crate::app::widgets::table::{self, Column, Table, TableRow};
@@ -17,15 +18,33 @@ use crate::app::{format, theme};
 use crate::catalog::settings::Stated;
 use crate::lab::report_table::ReportTable;
 
-const PURPOSE: &str = "Measure the paper's tables and figures on the open model";
+/// The paper's tables and figures. Its settings are saved between runs, as part of the preferences.
+#[derive(Debug, Default)]
+pub(crate) struct PaperView;
 
-/// The paper's tables and figures.
-pub(super) const VIEW: View = View::new(PaperPlan::VIEW, PURPOSE, Key::F11, show);
+impl ViewState for PaperView {
+    const NAME: &'static str = PaperPlan::VIEW;
+    type Shared = ();
 
-fn show(ui: &mut Ui, state: &mut AppState) {
-    controls::show(ui, state);
-    ui.add_space(4.0);
-    ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| body(ui, state));
+    fn shared(&self, _: Option<&Arc<Accel>>) {}
+
+    fn show_shared(&mut self, (): ()) {}
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        Self
+    }
+}
+
+impl View for PaperView {
+    const PURPOSE: &'static str = "Measure the paper's tables and figures on the open model";
+    const KEY: Key = Key::F11;
+
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
+        controls::show(ui, state);
+        ui.add_space(4.0);
+        ScrollArea::vertical().id_salt("paper scroll").auto_shrink(false).show(ui, |ui| body(ui, state));
+    }
 }
 
 /// The measured rows as tables or plots, with remarks where they are not those of the present settings.

@@ -1,69 +1,80 @@
 //! The view "Plots": predicted against measured visits of nodes, and what was predicted of trees against what was measured.
 
 mod nodes;
+mod state;
 mod table;
 mod trees;
+
+pub use state::{PlotKind, PlotsView, TreeQuality, TreeSet};
 
 use std::sync::Arc;
 
 use egui::{self, Align, Key, Layout, Ui};
 
+use self::state::{PlottedTree, ScatterInputs, TreeToMeasure};
 use super::parts;
 use crate::accel::Accel;
-use crate::app::state::lab::{PlotKind, PlotsState, PlottedTree, ScatterInputs, TreeQuality, TreeSet, TreeToMeasure};
 use crate::app::state::paper::Experiment;
-use crate::app::state::{AppState, LabState, Presented, Request};
+use crate::app::state::{AppState, Presented, Request, ViewState as _};
 use crate::app::studies::{Studies, StudyPlan};
-use crate::app::views::View;
-use crate::app::widgets::{Tip as _, chip};
+use crate::app::views::{Needs, View};
+use crate::app::widgets::{DropDown, Tip as _, chip};
 use crate::lab::at_rest::measure_at_rest;
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::Scene;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-const PURPOSE: &str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build";
+impl View for PlotsView {
+    const PURPOSE: &'static str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build";
+    const KEY: Key = Key::F10;
 
-/// Nodes and trees as plots.
-pub(super) const VIEW: View =
-    View { add_studies, needs_visits: |_| true, ..View::new(PlotsState::VIEW, PURPOSE, Key::F10, show) };
-
-fn show(ui: &mut Ui, state: &mut AppState) {
-    let Some(shown) = parts::presented_tree(ui, state, "Open a model to plot its tree") else { return };
-    ui.horizontal(|ui| {
-        for kind in PlotKind::ALL {
-            if chip(ui, kind.label(), state.lab.plots.kind == kind, kind.meaning()) {
-                state.lab.plots.kind = kind;
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
+        let Some(shown) = parts::presented_tree(ui, state, "Open a model to plot its tree") else { return };
+        ui.horizontal(|ui| {
+            for kind in PlotKind::ALL {
+                if chip(ui, kind.label(), self.kind == kind, kind.meaning()) {
+                    self.kind = kind;
+                }
             }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| outputs(ui, self, state, &shown));
+        });
+        ui.horizontal(|ui| {
+            parts::rays(ui, state, &shown);
+            if self.kind != PlotKind::Nodes {
+                sets(ui, self, state);
+            }
+            if self.kind == PlotKind::Speed {
+                let tip = "The number by which trees are judged; less is better";
+                DropDown::new("Quality", &TreeQuality::ALL).beside(ui, "Quality", tip, &mut self.quality);
+            }
+        });
+        match self.kind {
+            PlotKind::Nodes => nodes::show(ui, self, state, &shown),
+            PlotKind::Prediction => trees::show_predictions(ui, self, state, &shown),
+            PlotKind::Speed => trees::show_speed(ui, self, state, &shown),
+            PlotKind::List => trees::show_list(ui, self, state, &shown),
         }
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| outputs(ui, state, &shown));
-    });
-    ui.horizontal(|ui| {
-        parts::rays(ui, state, &shown);
-        if state.lab.plots.kind != PlotKind::Nodes {
-            sets(ui, state);
-        }
-        if state.lab.plots.kind == PlotKind::Speed {
-            let tip = "The number by which trees are judged; less is better";
-            parts::drop_down(ui, "Quality", tip, &mut state.lab.plots.quality, &TreeQuality::ALL);
-        }
-    });
-    match state.lab.plots.kind {
-        PlotKind::Nodes => nodes::show(ui, state, &shown),
-        PlotKind::Prediction => trees::show_predictions(ui, state, &shown),
-        PlotKind::Speed => trees::show_speed(ui, state, &shown),
-        PlotKind::List => trees::show_list(ui, state, &shown),
+    }
+
+    fn needs(&self) -> Needs {
+        Needs { visits: true, ..Needs::default() }
+    }
+
+    fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+        add_scatter(studies)?;
+        add_session(studies)
     }
 }
 
 /// The list of trees to plot, and the button that measures the builders.
-fn sets(ui: &mut Ui, state: &mut AppState) {
+fn sets(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState) {
     let choices = TreeSet::ALL.map(|set| {
         let [label, meaning] = set.texts();
         (set, label, meaning)
     });
-    parts::drop_down(ui, "Trees", "The trees that are plotted", &mut state.lab.plots.set, &choices);
-    let TreeSet::Measured(experiment) = state.lab.plots.set else { return };
+    DropDown::new("Trees", &choices).beside(ui, "Trees", "The trees that are plotted", &mut view.set);
+    let TreeSet::Measured(experiment) = view.set else { return };
     if state.activity.measure.is_some() {
         if ui.button("Cancel measuring").tip("Stop and keep the finished trees (Esc)").clicked() {
             state.activity.requests.push(Request::CancelMeasuring);
@@ -79,30 +90,24 @@ fn sets(ui: &mut Ui, state: &mut AppState) {
 }
 
 /// The buttons that copy what is plotted as a table, and save the picture.
-fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let has_any = match state.lab.plots.kind {
-        PlotKind::Nodes => state.lab.plots.scatter.of_tree(&shown.accel).is_some(),
-        _ => !trees::plotted(state, shown).is_empty(),
+fn outputs(ui: &mut Ui, view: &PlotsView, state: &mut AppState, shown: &Presented) {
+    let has_any = match view.kind {
+        PlotKind::Nodes => view.scatter.of_tree(&shown.accel).is_some(),
+        _ => !trees::plotted(view, state, shown).is_empty(),
     };
-    let has_plot = has_any && state.lab.plots.kind != PlotKind::List;
+    let has_plot = has_any && view.kind != PlotKind::List;
     let save = ui.add_enabled(has_plot, egui::Button::new("PNG"));
     if save.tip("Save the plot as a picture in the current folder").clicked() {
         let label = shown.accel.scene.source.label();
         let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
-        let plots = table::figure(state, shown);
-        state.activity.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(state)), plots));
+        let plots = table::figure(view, state, shown);
+        state.activity.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(view)), plots));
     }
     let copy = ui.add_enabled(has_any, egui::Button::new("Copy"));
     if copy.tip("Copy what is plotted as tab-separated text").clicked() {
-        let (text, note) = table::tsv(state, shown);
+        let (text, note) = table::tsv(view, state, shown);
         state.copy(text, &note);
     }
-}
-
-/// Adds the studies.
-fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
-    add_scatter(studies)?;
-    add_session(studies)
 }
 
 /// Adds the study: the scatter of nodes by predicted and measured visits.
@@ -110,12 +115,14 @@ fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "scatter",
         "Comparing visits",
-        |state| &mut state.lab.plots.scatter,
+        |state| &mut state.views.get_mut::<PlotsView>().scatter,
         |state, _| {
             // Trees of the session are noted while the view is closed, too.
-            let trees = [&state.model.second, &state.model.presented];
-            trees.into_iter().flatten().for_each(|shown| state.lab.note_tree(&shown.accel));
-            state.inputs_of_view(PlotsState::VIEW, LabState::scatter_inputs)
+            let (view, model) = (state.views.get_mut::<PlotsView>(), &state.model);
+            for shown in [&model.second, &model.presented].into_iter().flatten() {
+                view.note_tree(&model.derived, &shown.accel);
+            }
+            state.inputs_of(|_: &PlotsView, model, accel| PlotsView::inputs(&model.derived, accel))
         },
     );
     studies.add(plan, |accel, inputs: &ScatterInputs, token| {
@@ -130,11 +137,11 @@ fn add_session(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "session",
         "Measuring trees",
-        |state| &mut state.lab.plots.measured,
+        |state| &mut state.views.get_mut::<PlotsView>().measured,
         |state, _| {
-            let accel = state.tree_of_view(PlotsState::VIEW)?;
-            let rays = state.lab.rays(&accel.scene)?;
-            let wanted = state.lab.plots.next_to_measure(&accel, rays)?;
+            let accel = state.tree_of_view(PlotsView::NAME)?;
+            let rays = state.model.derived.rays(&accel.scene)?;
+            let wanted = state.views.get_mut::<PlotsView>().next_to_measure(&accel, rays)?;
             Some((accel, wanted))
         },
     );

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use egui::{self, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
 
+use super::PlotsView;
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, LabState, Presented, Request};
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::parts;
 use crate::app::widgets::Tip as _;
@@ -22,20 +23,15 @@ const LEAST_CELL: f32 = 3.0;
 pub(super) const LABELS: [&str; 2] = ["Predicted visits", "Measured visits"];
 
 /// Shows the plot with the counts below the controls.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+pub(super) fn show(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState, shown: &Presented) {
     if let Some(reason) = parts::no_rays(state, shown) {
         parts::waiting(ui, false, reason);
         return;
     }
-    let Some(scatter) = state.lab.plots.scatter.of_tree(&shown.accel).cloned() else {
-        parts::wait_for(
-            ui,
-            &mut state.lab,
-            &shown.accel,
-            |lab| &mut lab.plots.scatter,
-            LabState::scatter_inputs,
-            "Counting the visits",
-        );
+    let Some(scatter) = view.scatter.of_tree(&shown.accel).cloned() else {
+        let derived = &mut state.model.derived;
+        let inputs = PlotsView::inputs(derived, &shown.accel);
+        parts::wait_for(ui, derived, &shown.accel, (&mut view.scatter, inputs), "Counting the visits");
         return;
     };
     counts(ui, &scatter, shown);
@@ -132,7 +128,7 @@ fn marks(ui: &Ui, state: &AppState, shown: &Presented, axes: &Axes, scatter: &Vi
             painter.circle_stroke(axes.place(place), 4.0, Stroke::new(1.0, palette.worse));
         }
     }
-    let visits = state.lab.known_visits(&shown.accel);
+    let visits = state.model.derived.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     let nodes = &state.selection.nodes;
     let marks = [(nodes.selected, palette.warm, 6.0), (nodes.hovered, ui.visuals().strong_text_color(), 5.0)];

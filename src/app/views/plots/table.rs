@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::nodes;
+use super::state::{PlotKind, PlotsView};
 use super::trees::{Dot, Predictor, plotted, predicted, prediction_plot, speed_plot};
 use crate::app::format;
-use crate::app::state::lab::PlotKind;
 use crate::app::state::{AppState, Presented};
 use crate::lab::node_values::NodeValues;
 use crate::lab::plot::{Chart, Curve, Figure, Look, Point};
@@ -16,8 +16,8 @@ use crate::lab::visit_scatter::{LEAST_SHOWN, ScatterNode, node_in};
 const MOST_ROWS: usize = 100_000;
 
 /// The part of the plot's file name behind its model.
-pub(super) const fn stem(state: &AppState) -> &'static str {
-    match state.lab.plots.kind {
+pub(super) const fn stem(view: &PlotsView) -> &'static str {
+    match view.kind {
         PlotKind::Nodes => "visits",
         PlotKind::Prediction => "prediction",
         PlotKind::Speed => "speed",
@@ -26,16 +26,16 @@ pub(super) const fn stem(state: &AppState) -> &'static str {
 }
 
 /// The plotted values as tab-separated text, and a note that they were copied.
-pub(super) fn tsv(state: &AppState, shown: &Presented) -> (String, String) {
-    if state.lab.plots.kind == PlotKind::Nodes {
+pub(super) fn tsv(view: &PlotsView, state: &AppState, shown: &Presented) -> (String, String) {
+    if view.kind == PlotKind::Nodes {
         let (text, count) = nodes_tsv(state, shown);
         return (text, format!("{} copied", format::counted(count as u64, "node")));
     }
     let mut text = String::from("Tree\tBuild time (ms)\tSAH cost\tTests per entering ray\tEPO\tMeasured cost\tRays\n");
-    let trees = plotted(state, shown);
+    let trees = plotted(view, state, shown);
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     for tree in &trees {
-        let rays = if tree.cost.is_some() { state.lab.population.name() } else { "" };
+        let rays = if tree.cost.is_some() { state.model.derived.population.name() } else { "" };
         let [sah_cost, tests, epo, cost] = [Some(tree.sah_cost), tree.tests, tree.epo, tree.cost].map(cell);
         let build_ms = cell(tree.build_ms);
         // Writing into a string cannot fail.
@@ -46,7 +46,7 @@ pub(super) fn tsv(state: &AppState, shown: &Presented) -> (String, String) {
 
 /// The nodes of the scatter as text, and their number.
 fn nodes_tsv(state: &AppState, shown: &Presented) -> (String, usize) {
-    let visits = state.lab.known_visits(&shown.accel);
+    let visits = state.model.derived.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
     let mut text = String::from("Node\tKind\tPredicted visits\tMeasured visits\n");
     let all = (0..shown.table.len() as u32).filter_map(|node| node_in(&values, node));
@@ -60,17 +60,17 @@ fn nodes_tsv(state: &AppState, shown: &Presented) -> (String, usize) {
 }
 
 /// The plots as a figure.
-pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
-    let charts = match state.lab.plots.kind {
-        PlotKind::Nodes => node_chart(state, shown).into_iter().collect(),
+pub(super) fn figure(view: &PlotsView, state: &AppState, shown: &Presented) -> Figure {
+    let charts = match view.kind {
+        PlotKind::Nodes => node_chart(view, shown).into_iter().collect(),
         PlotKind::Prediction => {
-            let trees = predicted(state, shown);
+            let trees = predicted(view, state, shown);
             let prediction = Prediction::of(&trees.iter().map(|(_, known)| *known).collect::<Vec<_>>());
             let plots: [Predictor; 2] =
                 [("SAH cost", |tree| tree.sah_cost, prediction.sah), ("EPO", |tree| tree.epo, prediction.epo)];
             let chart = |(label, predictor, r): Predictor| {
                 let (dots, axes, title) = prediction_plot(&trees, predictor, r);
-                let rays = state.lab.population.label().to_lowercase();
+                let rays = state.model.derived.population.label().to_lowercase();
                 let labels = [label.to_owned(), format!("Measured cost ({rays})")];
                 Chart {
                     title,
@@ -84,11 +84,11 @@ pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
         }
         PlotKind::List => Vec::new(),
         PlotKind::Speed => {
-            let (dots, axes, front) = speed_plot(state, shown);
+            let (dots, axes, front) = speed_plot(view, state, shown);
             let line = front.iter().map(|&index| dots[index].at);
             vec![Chart {
                 title: String::new(),
-                labels: ["Build time (ms)".to_owned(), state.lab.plots.quality.label().to_owned()],
+                labels: ["Build time (ms)".to_owned(), view.quality.label().to_owned()],
                 axes,
                 curves: vec![curve("trees", 0, Look::Dots, points(&dots)), curve("not beaten", 1, Look::Line, line)],
                 rows: Vec::new(),
@@ -100,8 +100,8 @@ pub(super) fn figure(state: &AppState, shown: &Presented) -> Figure {
     Figure { notes: vec![note], charts }
 }
 
-fn node_chart(state: &AppState, shown: &Presented) -> Option<Chart> {
-    let scatter = state.lab.plots.scatter.of_tree(&shown.accel)?;
+fn node_chart(view: &PlotsView, shown: &Presented) -> Option<Chart> {
+    let scatter = view.scatter.of_tree(&shown.accel)?;
     let drawn = |node: &ScatterNode| [node.predicted, f64::from(node.measured)];
     let equal = [1.0, scatter.axes[0].high].map(|end| [end; 2]);
     Some(Chart {

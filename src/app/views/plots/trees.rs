@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{self, Button, Color32, CursorIcon, Rect, Role, ScrollArea, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 
-use crate::app::state::lab::{PlottedTree, TreeQuality, TreeSet};
+use super::state::{PlotsView, PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::paper::settings_of;
 use crate::app::state::{AppState, Presented, SecondTree, TreeSide};
 use crate::app::views::axes::{Axes, Lettering, rest};
@@ -35,12 +35,14 @@ pub(super) struct Dot {
 }
 
 /// The trees of the presented scene to be plotted.
-pub(super) fn plotted(state: &AppState, shown: &Presented) -> Vec<PlottedTree> {
-    let (scene, plots) = (&shown.accel.scene, &state.lab.plots);
-    let TreeSet::Measured(experiment) = plots.set else { return plots.session.plotted(state.lab.rays(scene)) };
+pub(super) fn plotted(view: &PlotsView, state: &AppState, shown: &Presented) -> Vec<PlottedTree> {
+    let scene = &shown.accel.scene;
+    let TreeSet::Measured(experiment) = view.set else {
+        return view.session.plotted(state.model.derived.rays(scene));
+    };
     let result = state.activity.measured.get(&experiment).filter(|result| Arc::ptr_eq(&result.scene, scene));
     let rows = result.into_iter().flat_map(|result| result.rows.iter());
-    rows.filter_map(|row| tree_of(row, state.lab.population)).collect()
+    rows.filter_map(|row| tree_of(row, state.model.derived.population)).collect()
 }
 
 /// The tree of a row that the view "Paper" has measured, with what rays of `population` cost in it; `None` where none was built.
@@ -62,9 +64,9 @@ fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
 
 /// The trees whose measured cost and both predictions are known, of the kind of container of the presented tree: those of boxes and
 /// spheres do not compare.
-pub(super) fn predicted(state: &AppState, shown: &Presented) -> Vec<(PlottedTree, PredictedTree)> {
+pub(super) fn predicted(view: &PlotsView, state: &AppState, shown: &Presented) -> Vec<(PlottedTree, PredictedTree)> {
     let container = shown.accel.tree.container_kind();
-    let trees = plotted(state, shown).into_iter().filter(|tree| tree.container == container);
+    let trees = plotted(view, state, shown).into_iter().filter(|tree| tree.container == container);
     let known = trees.filter_map(|tree| {
         let (sah_cost, epo, cost) = (tree.sah_cost, tree.epo?, tree.cost?);
         Some((tree, PredictedTree { sah_cost, epo, cost }))
@@ -89,8 +91,8 @@ pub(super) fn prediction_plot(
 }
 
 /// The trees of the plot of speed and quality, with its axes, and the indices of those that no other beats.
-pub(super) fn speed_plot(state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axis; 2], Vec<usize>) {
-    let quality = state.lab.plots.quality;
+pub(super) fn speed_plot(view: &PlotsView, state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axis; 2], Vec<usize>) {
+    let quality = view.quality;
     let container = shown.accel.tree.container_kind();
     let dot = |tree: PlottedTree| {
         // Predictions of boxes and of spheres do not compare; counts do.
@@ -98,16 +100,16 @@ pub(super) fn speed_plot(state: &AppState, shown: &Presented) -> (Vec<Dot>, [Axi
         let at = [tree.build_ms?, tree.quality(quality).filter(|_| compares)?];
         Some(Dot { tree, at })
     };
-    let dots: Vec<Dot> = plotted(state, shown).into_iter().filter_map(dot).collect();
+    let dots: Vec<Dot> = plotted(view, state, shown).into_iter().filter_map(dot).collect();
     let axes = [Axis::logarithmic(dots.iter().map(|dot| dot.at[0])), Axis::linear(dots.iter().map(|dot| dot.at[1]))];
     let front = pareto_front(&dots.iter().map(|dot| dot.at).collect::<Vec<_>>());
     (dots, axes, front)
 }
 
 /// Shows what SAH cost and EPO predict, side by side.
-pub(super) fn show_predictions(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let trees = predicted(state, shown);
-    if missing(ui, state, shown, trees.len()) {
+pub(super) fn show_predictions(ui: &mut Ui, view: &PlotsView, state: &mut AppState, shown: &Presented) {
+    let trees = predicted(view, state, shown);
+    if missing(ui, view, state, shown, trees.len()) {
         return;
     }
     let known: Vec<PredictedTree> = trees.iter().map(|(_, known)| *known).collect();
@@ -121,7 +123,7 @@ pub(super) fn show_predictions(ui: &mut Ui, state: &mut AppState, shown: &Presen
     } else {
         ui.weak("From three different trees on there is a correlation: change the settings, or measure the builders");
     }
-    unmeasured(ui, state, shown);
+    unmeasured(ui, view, state, shown);
     let whole = rest(ui);
     let size = vec2((whole.x - 8.0) * 0.5, whole.y);
     ui.horizontal_top(|ui| {
@@ -136,29 +138,29 @@ pub(super) fn show_predictions(ui: &mut Ui, state: &mut AppState, shown: &Presen
 }
 
 /// Shows build time against quality.
-pub(super) fn show_speed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let (dots, axes, front) = speed_plot(state, shown);
-    if missing(ui, state, shown, dots.len()) {
+pub(super) fn show_speed(ui: &mut Ui, view: &PlotsView, state: &mut AppState, shown: &Presented) {
+    let (dots, axes, front) = speed_plot(view, state, shown);
+    if missing(ui, view, state, shown, dots.len()) {
         return;
     }
-    if state.lab.plots.quality == TreeQuality::Cost {
-        unmeasured(ui, state, shown);
+    if view.quality == TreeQuality::Cost {
+        unmeasured(ui, view, state, shown);
     }
     let size = rest(ui);
     let title = format!("{}, {} on the front", format::counted(dots.len() as u64, "tree"), front.len());
-    let labels = ["Build time (ms)", state.lab.plots.quality.label()];
+    let labels = ["Build time (ms)", view.quality.label()];
     plot(ui, state, shown, size, (&dots, axes, &front), &title, labels);
 }
 
 /// Says which trees are left out because what rays cost in them is not known, and how to get it.
-fn unmeasured(ui: &mut Ui, state: &AppState, shown: &Presented) {
-    let count = plotted(state, shown).iter().filter(|tree| tree.cost.is_none()).count();
+fn unmeasured(ui: &mut Ui, view: &PlotsView, state: &AppState, shown: &Presented) {
+    let count = plotted(view, state, shown).iter().filter(|tree| tree.cost.is_none()).count();
     if count == 0 {
         return;
     }
     let trees = format::counted(count as u64, "tree");
     let [is, it] = if count == 1 { ["is", "it"] } else { ["are", "them"] };
-    let text = match state.lab.plots.set {
+    let text = match view.set {
         TreeSet::Session => format!(
             "{trees} {is} not plotted: no measured cost, because this view was closed or measured by other rays. “Trees: list” measures {it}"
         ),
@@ -169,12 +171,12 @@ fn unmeasured(ui: &mut Ui, state: &AppState, shown: &Presented) {
 }
 
 /// Says why there is nothing to plot, where that is so.
-fn missing(ui: &mut Ui, state: &AppState, shown: &Presented, count: usize) -> bool {
+fn missing(ui: &mut Ui, view: &PlotsView, state: &AppState, shown: &Presented, count: usize) -> bool {
     if count > 0 {
         return false;
     }
     let of_rays = parts::no_rays(state, shown);
-    let text = match (state.lab.plots.set, &state.activity.measure) {
+    let text = match (view.set, &state.activity.measure) {
         (TreeSet::Session, _) => of_rays.unwrap_or("Counting the visits"),
         (_, Some(_)) => "Measuring: the first trees appear after the first repetition",
         (_, None) => "These trees were not measured yet on this model",
@@ -247,7 +249,7 @@ fn text_of(state: &AppState, tree: &PlottedTree) -> String {
     let numbers: Vec<String> = built.into_iter().chain(TreeQuality::ALL.into_iter().filter_map(quality)).collect();
     let mut text = format!("{}: {}", tree.name(), numbers.join(", "));
     if tree.cost.is_some() {
-        text = format!("{text} by {}", state.lab.population.label().to_lowercase());
+        text = format!("{text} by {}", state.model.derived.population.label().to_lowercase());
     }
     text
 }
@@ -268,13 +270,13 @@ const READINGS: [Reading; 5] = [
 ];
 
 /// Shows the list.
-pub(super) fn show_list(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let trees = plotted(state, shown);
+pub(super) fn show_list(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState, shown: &Presented) {
+    let trees = plotted(view, state, shown);
     if trees.is_empty() {
         empty_view(ui, "These trees were not measured yet on this model");
         return;
     }
-    ui.horizontal(|ui| buttons(ui, state, &trees));
+    ui.horizontal(|ui| buttons(ui, view, state, &trees));
     let is_one_kind = trees.iter().all(|tree| tree.container == trees[0].container);
     let cells: Vec<Vec<String>> = trees.iter().map(cells).collect();
     let reading = |(name, unit, _): Reading| {
@@ -307,7 +309,7 @@ fn cells(tree: &PlottedTree) -> Vec<String> {
 }
 
 /// Buttons for the chosen tree, and for all.
-fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
+fn buttons(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState, trees: &[PlottedTree]) {
     let chosen = table::chosen(ui, TITLE).and_then(|row| trees.get(row));
     for (side, label, tip) in [
         (TreeSide::A, "Show", "Build or read the chosen tree, as a double click does"),
@@ -318,13 +320,13 @@ fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
             request(state, tree, side);
         }
     }
-    if state.lab.plots.set != TreeSet::Session {
+    if view.set != TreeSet::Session {
         return;
     }
     let scene = state.model.loaded.as_ref();
-    let rays = scene.and_then(|scene| state.lab.rays(scene));
-    let left = state.lab.plots.session.unmeasured(rays).count();
-    if state.lab.plots.measures_all {
+    let rays = scene.and_then(|scene| state.model.derived.rays(scene));
+    let left = view.session.unmeasured(rays).count();
+    if view.measures_all {
         ui.weak(format!("Measuring: {} left (Esc stops)", format::counted(left as u64, "tree")));
         return;
     }
@@ -332,7 +334,7 @@ fn buttons(ui: &mut Ui, state: &mut AppState, trees: &[PlottedTree]) {
     let tip = "Build each tree that lacks a reading again, several times, or read its file, and count the chosen rays: some seconds a tree, in the background";
     let button = ui.add_enabled(left > 0, Button::new(label)).tip(tip);
     if button.disabled_tip("All are measured").clicked() {
-        state.lab.plots.measures_all = true;
-        state.lab.plots.measured.resume();
+        view.measures_all = true;
+        view.measured.resume();
     }
 }

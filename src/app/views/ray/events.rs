@@ -16,7 +16,7 @@ const COLUMNS: [f32; 3] = [52.0, 34.0, 30.0];
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
     heading(ui);
-    let revealed = state.lab.ray.reveal().then_some(state.lab.ray.cursor + 1);
+    let revealed = state.model.ray.reveal().then_some(state.model.ray.cursor + 1);
     parts::list(ui, "ray steps", revealed).show_rows(ui, parts::ROW_HEIGHT, record.steps.len(), |ui, range| {
         for index in range {
             let Some(step) = record.steps.get(index) else { continue };
@@ -41,7 +41,7 @@ fn heading(ui: &mut Ui) {
 }
 
 fn row(ui: &mut Ui, state: &mut AppState, record: &RayRecord, index: usize, step: &RayStep) {
-    if index == state.lab.ray.cursor {
+    if index == state.model.ray.cursor {
         let rect = Rect::from_min_size(ui.cursor().min, vec2(ui.available_width(), parts::ROW_HEIGHT));
         ui.painter().rect_filled(rect, CornerRadius::same(3), ui.visuals().selection.bg_fill.gamma_multiply(0.6));
     }
@@ -54,7 +54,7 @@ fn row(ui: &mut Ui, state: &mut AppState, record: &RayRecord, index: usize, step
         Cell { text: &triangles, width: COLUMNS[2] },
     ];
     if parts::node_row(ui, state, step.tree_node, (&name, 6.0), &cells).clicked() {
-        state.lab.ray.choose(index, record.steps.len());
+        state.model.ray.choose(index, record.steps.len());
     }
 }
 
@@ -82,7 +82,7 @@ pub(super) fn step_text(record: &RayRecord, step: &RayStep) -> String {
 
 /// Shows the stack after the present step, its top first.
 pub(super) fn stack(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
-    let stack = record.stack_after(state.lab.ray.cursor);
+    let stack = record.stack_after(state.model.ray.cursor);
     let palette = theme::palette(ui);
     let title = if stack.is_empty() { "Stack: empty".to_owned() } else { format!("Stack: {}", stack.len()) };
     let tip = "Nodes that the ray enters and that wait to be visited, the next one first, with the distance of entry";

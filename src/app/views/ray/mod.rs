@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use egui::{Key, Layout, Rect, RichText, Ui, UiBuilder, vec2};
 
-use crate::app::state::AppState;
-use crate::app::state::lab::{RayOutcome, RayState};
+use crate::accel::Accel;
+use crate::app::state::{AppState, PictureRay, RayOutcome, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
 use crate::app::views::View;
@@ -28,11 +28,37 @@ const GAP: f32 = 12.0;
 /// Largest number of waiting containers that are lit in the picture.
 const MOST_WAITING: usize = 64;
 
-const PURPOSE: &str =
-    "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain";
+/// One ray through the tree, step by step. Its state is that of the ray over the picture.
+#[derive(Debug, Default)]
+pub(crate) struct RayView;
 
-/// One ray through the tree.
-pub(super) const VIEW: View = View { add_studies: add_record, ..View::new(RayState::VIEW, PURPOSE, Key::F8, show) };
+impl ViewState for RayView {
+    const NAME: &'static str = PictureRay::VIEW;
+    type Shared = ();
+
+    fn shared(&self, _: Option<&Arc<Accel>>) {}
+
+    fn show_shared(&mut self, (): ()) {}
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        Self
+    }
+}
+
+impl View for RayView {
+    const PURPOSE: &'static str =
+        "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain";
+    const KEY: Key = Key::F8;
+
+    fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
+        show(ui, state);
+    }
+
+    fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+        add_record(studies)
+    }
+}
 
 fn show(ui: &mut Ui, state: &mut AppState) {
     // A ray takes no time, so that it is of the tree on the screen even while the model plays.
@@ -41,10 +67,10 @@ fn show(ui: &mut Ui, state: &mut AppState) {
         return;
     };
     toolbar::show(ui, state, &shown);
-    let outcome = state.lab.ray.follow(&shown.accel);
+    let outcome = state.model.ray.follow(&shown.accel);
     remark(ui, state);
     let Some((outcome, is_of_tree)) = outcome else {
-        let text = if state.lab.ray.source.is_some() {
+        let text = if state.model.ray.source.is_some() {
             "Tracing the ray…"
         } else {
             "Click the picture: the ray of that pixel is recorded step by step. Or type an origin and a direction above"
@@ -74,7 +100,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
 /// The fault of a typed ray, or an event of the record.
 fn remark(ui: &mut Ui, state: &AppState) {
     let palette = theme::palette(ui);
-    let ray = &state.lab.ray;
+    let ray = &state.model.ray;
     if let Some(fault) = &ray.fault {
         ui.label(RichText::new(format!("{fault}. The ray before stays")).color(palette.warning));
     } else if let Some(remark) = ray.remark {
@@ -84,9 +110,9 @@ fn remark(ui: &mut Ui, state: &AppState) {
 
 /// Goes on with the replay.
 fn replay(ui: &Ui, state: &mut AppState, record: &RayRecord) {
-    if state.lab.ray.playing {
+    if state.model.ray.playing {
         let seconds = ui.input(|input| input.stable_dt);
-        state.lab.ray.advance(f64::from(seconds), record.steps.len());
+        state.model.ray.advance(f64::from(seconds), record.steps.len());
         ui.ctx().request_repaint();
     }
 }
@@ -94,7 +120,7 @@ fn replay(ui: &Ui, state: &mut AppState, record: &RayRecord) {
 /// The record of the same ray in the second tree.
 fn second_record(state: &AppState) -> Option<Arc<RayOutcome>> {
     let (accel, request) = state.wanted_second_ray()?;
-    state.lab.ray.second.get(&accel, &request).cloned()
+    state.model.ray.second.get(&accel, &request).cloned()
 }
 
 /// The strip, or those of both trees, the steps and the stack side by side.
@@ -134,7 +160,7 @@ fn within(ui: &mut Ui, rect: Rect, name: &str, show: impl FnOnce(&mut Ui)) {
 
 /// Lights up the container of the present step and those on the stack.
 fn light_up(state: &mut AppState, record: &RayRecord) {
-    let cursor = state.lab.ray.cursor;
+    let cursor = state.model.ray.cursor;
     let nodes = &mut state.selection.nodes;
     nodes.traced =
         record.steps.get(cursor).filter(|step| !matches!(step.what, Step::Again { .. })).map(|step| step.tree_node);
@@ -147,7 +173,7 @@ fn add_record(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan {
         // A single ray takes no time from the picture, and does not wait until all of its samples are traced.
         at_once: true,
-        ..StudyPlan::new("ray", "Recording the ray", |state| &mut state.lab.ray.record, |state, _| state.wanted_ray())
+        ..StudyPlan::new("ray", "Recording the ray", |state| &mut state.model.ray.record, |state, _| state.wanted_ray())
     };
     studies.add(plan, record)?;
     let plan = StudyPlan {
@@ -155,7 +181,7 @@ fn add_record(studies: &mut Studies) -> std::io::Result<()> {
         ..StudyPlan::new(
             "second ray",
             "Recording the ray in B",
-            |state| &mut state.lab.ray.second,
+            |state| &mut state.model.ray.second,
             |state, _| state.wanted_second_ray(),
         )
     };

@@ -101,8 +101,8 @@ fn show_second(ui: &mut Ui, state: &mut AppState, [first, record]: [&RayRecord; 
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     let name = format!("Containers along the ray in B: {}", transport::tests(record.counts));
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
-    zoom(ui, &response, &mut state.lab.ray.zoom, rect.shrink(1.0), first);
-    let scale = Scale::new(rect.shrink(1.0), first, state.lab.ray.zoom).beside(rect.shrink(1.0), record);
+    zoom(ui, &response, &mut state.model.ray.zoom, rect.shrink(1.0), first);
+    let scale = Scale::new(rect.shrink(1.0), first, state.model.ray.zoom).beside(rect.shrink(1.0), record);
     let palette = theme::palette(ui);
     // The steps of A say nothing of those of B: all are shown.
     let last = record.steps.len().saturating_sub(1);
@@ -129,15 +129,15 @@ fn show_second(ui: &mut Ui, state: &mut AppState, [first, record]: [&RayRecord; 
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord, size: egui::Vec2) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Containers along the ray"));
-    if std::mem::take(&mut state.lab.ray.wants_focus) {
+    if std::mem::take(&mut state.model.ray.wants_focus) {
         response.request_focus();
     }
-    transport::keys(ui, &response, &mut state.lab.ray, record);
-    zoom(ui, &response, &mut state.lab.ray.zoom, rect.shrink(1.0), record);
-    let scale = Scale::new(rect.shrink(1.0), record, state.lab.ray.zoom);
+    transport::keys(ui, &response, &mut state.model.ray, record);
+    zoom(ui, &response, &mut state.model.ray.zoom, rect.shrink(1.0), record);
+    let scale = Scale::new(rect.shrink(1.0), record, state.model.ray.zoom);
     let palette = theme::palette(ui);
     let painter = ui.painter().with_clip_rect(rect);
-    paint(&painter, &scale, record, state.lab.ray.cursor, &palette);
+    paint(&painter, &scale, record, state.model.ray.cursor, &palette);
     if response.has_focus() {
         painter.rect_stroke(rect, CornerRadius::same(3), Stroke::new(1.0, palette.accent), StrokeKind::Inside);
     }
@@ -152,14 +152,14 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, record: &RayRecord, size: 
         response.request_focus();
         if let Some(span) = pointed {
             state.select_node(span.tree_node);
-            state.lab.ray.go_to(span.entered, record.steps.len());
+            state.model.ray.go_to(span.entered, record.steps.len());
         }
     }
     if response.double_clicked() {
         if pointed.is_some() {
             state.activity.requests.push(Request::Perform(Action::FrameSelection));
         } else {
-            state.lab.ray.zoom = None;
+            state.model.ray.zoom = None;
         }
     }
     response.tip(tip(pointed));

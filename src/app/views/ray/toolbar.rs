@@ -19,7 +19,7 @@ const WIDE: f32 = 1180.0;
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     ui.horizontal_wrapped(|ui| {
-        let picks = &mut state.lab.ray.picks;
+        let picks = &mut state.model.ray.picks;
         let tip = "A click on the picture takes the ray of that pixel; while this is off it selects as usual";
         ui.checkbox(picks, "Pick in the picture").tip(tip);
         ui.separator();
@@ -42,9 +42,9 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
             }
             RayKind::Bounce => "From that surface to where its light comes from: the first that the lit picture traces",
         };
-        if chip(ui, kind.label(), state.lab.ray.kind == kind, tip) {
-            state.lab.ray.kind = kind;
-            state.lab.ray.restart();
+        if chip(ui, kind.label(), state.model.ray.kind == kind, tip) {
+            state.model.ray.kind = kind;
+            state.model.ray.restart();
         }
     }
 }
@@ -62,14 +62,14 @@ fn methods(ui: &mut Ui, state: &mut AppState) {
                 "The tree that pictures are traced through: up to eight children and four triangles at once"
             }
         };
-        let response = ui.add(Button::new(method.label()).selected(state.lab.ray.method == method));
+        let response = ui.add(Button::new(method.label()).selected(state.model.ray.method == method));
         // "Paper" is also the name of a tab.
         let name = format!("Trace: {}", method.label());
-        let on = state.lab.ray.method == method;
+        let on = state.model.ray.method == method;
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, &name));
         if response.tip(tip).clicked() {
-            state.lab.ray.method = method;
-            state.lab.ray.restart();
+            state.model.ray.method = method;
+            state.model.ray.restart();
         }
     }
 }
@@ -85,9 +85,9 @@ fn typed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
             ui.end_row();
         }
         ui.label(RichText::new(name).color(palette.dim));
-        let field = TextEdit::singleline(&mut state.lab.ray.typed[index]).desired_width(width).hint_text("x, y, z");
+        let field = TextEdit::singleline(&mut state.model.ray.typed[index]).desired_width(width).hint_text("x, y, z");
         let response = ui.add(field);
-        let text = state.lab.ray.typed[index].clone();
+        let text = state.model.ray.typed[index].clone();
         response.widget_info(|| {
             let mut info = WidgetInfo::text_edit(true, &text, &text, "x, y, z");
             info.label = Some(format!("Ray {}", name.to_lowercase()));
@@ -98,7 +98,7 @@ fn typed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     }
     let tip = "Trace the ray from this origin in this direction (Enter)";
     if ui.button("Trace").tip(tip).clicked() || entered {
-        state.lab.ray.take_typed(shown.frame.camera, state.layout.viewport_px);
+        state.model.ray.take_typed(shown.frame.camera, state.layout.viewport_px);
     }
 }
 

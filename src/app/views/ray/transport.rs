@@ -5,7 +5,7 @@
 use egui::{self, Button, EventFilter, Key, Label, Modifiers, Response, RichText, Slider, TextStyle, Ui, WidgetInfo};
 
 use super::events::step_text;
-use crate::app::state::{AppState, Presented, RaySource, RayState, SPEEDS};
+use crate::app::state::{AppState, PictureRay, Presented, RaySource, SPEEDS};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::lab::ray::{RayMethod, RayRecord, ray_table};
@@ -22,7 +22,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, record:
     let steps = record.steps.len();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let ray = &mut state.lab.ray;
+        let ray = &mut state.model.ray;
         let (first, last) = (ray.cursor == 0, ray.cursor + 1 >= steps);
         if button(ui, "First", !first, "Go to the first step (Home)").clicked() {
             ray.go_to(0, steps);
@@ -67,7 +67,7 @@ fn button(ui: &mut Ui, name: &str, enabled: bool, tip: &str) -> Response {
 
 /// The slider over all steps, with the number of the present one.
 fn scrub(ui: &mut Ui, state: &mut AppState, steps: usize) {
-    let ray = &mut state.lab.ray;
+    let ray = &mut state.model.ray;
     ui.spacing_mut().slider_width = SLIDER_WIDTH.min(ui.available_width() * 0.5);
     let mut step = ray.cursor + 1;
     let response = ui.add(Slider::new(&mut step, 1..=steps.max(1)).show_value(false));
@@ -84,7 +84,7 @@ fn scrub(ui: &mut Ui, state: &mut AppState, steps: usize) {
 }
 
 fn speed(ui: &mut Ui, state: &mut AppState) {
-    let speed = &mut state.lab.ray.speed;
+    let speed = &mut state.model.ray.speed;
     ui.spacing_mut().slider_width = SPEED_WIDTH;
     ui.label(RichText::new("Speed").color(theme::palette(ui).dim));
     let response = ui.add(Slider::new(speed, SPEEDS[0]..=SPEEDS[1]).logarithmic(true).show_value(false));
@@ -117,7 +117,7 @@ fn copy(ui: &mut Ui, state: &mut AppState, record: &RayRecord) {
 }
 
 /// Applies the keys to the present step, while `response` has the focus.
-pub(super) fn keys(ui: &Ui, response: &Response, ray: &mut RayState, record: &RayRecord) {
+pub(super) fn keys(ui: &Ui, response: &Response, ray: &mut PictureRay, record: &RayRecord) {
     if !response.has_focus() {
         return;
     }
@@ -147,7 +147,7 @@ pub(super) fn keys(ui: &Ui, response: &Response, ray: &mut RayState, record: &Ra
 }
 
 /// Goes to the next step that finds a nearer hit, if there is one.
-pub(super) fn next_hit(ray: &mut RayState, record: &RayRecord) {
+pub(super) fn next_hit(ray: &mut PictureRay, record: &RayRecord) {
     if let Some(step) = record.next_hit(ray.cursor) {
         ray.go_to(step, record.steps.len());
     }
@@ -156,7 +156,7 @@ pub(super) fn next_hit(ray: &mut RayState, record: &RayRecord) {
 /// Shows the present step in words, and the totals of the ray beside those of the picture.
 pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &RayRecord) {
     let palette = theme::palette(ui);
-    let Some(step) = record.steps.get(state.lab.ray.cursor) else { return };
+    let Some(step) = record.steps.get(state.model.ray.cursor) else { return };
     let now = format!("{} · {} so far", step_text(record, step), tests(step.counts));
     let [visited, wasted, skipped] = record.visits();
     let hit = record.hit.map_or_else(
@@ -172,7 +172,7 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
     });
     let all = format!("In all {counts}; {lines}{visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
     // The picture's counts are those of its own traversal of the binary tree, by primary rays.
-    let ray = &state.lab.ray;
+    let ray = &state.model.ray;
     let is_like = ray.kind == RayKind::Primary && ray.method == RayMethod::Binary(shown.frame.settings.traversal);
     let all = match (heat_here(state, shown), shown.tests_per_ray.filter(|_| is_like)) {
         (Some((value, kind)), _) => {
@@ -198,7 +198,7 @@ pub(super) fn tests(counts: TestCounts) -> String {
 
 /// The heat map's value at the pixel of the ray, where one is shown from the same camera.
 fn heat_here(state: &AppState, shown: &Presented) -> Option<(f32, HeatKind)> {
-    let RaySource { start: RayStart::Pixel([x, y]), camera, size_px } = state.lab.ray.source? else { return None };
+    let RaySource { start: RayStart::Pixel([x, y]), camera, size_px } = state.model.ray.source? else { return None };
     let frame = &shown.frame;
     let Shading::Heat(kind) = frame.settings.shading else { return None };
     let traced = match kind {
@@ -206,7 +206,7 @@ fn heat_here(state: &AppState, shown: &Presented) -> Option<(f32, HeatKind)> {
         HeatKind::WholeRay => return None,
         _ => RayMethod::Binary(frame.settings.traversal),
     };
-    let is_like = state.lab.ray.kind == RayKind::Primary && state.lab.ray.method == traced;
+    let is_like = state.model.ray.kind == RayKind::Primary && state.model.ray.method == traced;
     let is_same = frame.camera == camera && size_px == [frame.width_px, frame.height_px];
     let value = frame.values.get(frame.index_of(x, y)).copied().filter(|_| is_like && is_same)?;
     Some((value, kind))

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
-use crate::app::state::study::Study;
+use crate::app::state::{Derived, Study, ViewState};
 use crate::catalog::settings::short_name;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
@@ -358,7 +358,7 @@ impl PartialEq for ScatterInputs {
 
 /// The view "Plots".
 #[derive(Debug, Default)]
-pub struct PlotsState {
+pub struct PlotsView {
     /// The kind of plot.
     pub kind: PlotKind,
     /// Which trees.
@@ -383,14 +383,45 @@ pub struct SharedPlots {
     quality: TreeQuality,
 }
 
-impl PlotsState {
-    /// Name of its view.
-    pub const VIEW: &str = "Plots";
+impl ViewState for PlotsView {
+    const NAME: &'static str = "Plots";
+    type Shared = SharedPlots;
 
-    /// Its part of a shared state.
-    pub fn shared(&self) -> SharedPlots {
+    fn shared(&self, _: Option<&Arc<Accel>>) -> SharedPlots {
         let Self { kind, set, quality, scatter: _, session: _, measures_all: _, measured: _ } = self;
         SharedPlots { kind: *kind, set: *set, quality: *quality }
+    }
+
+    fn show_shared(&mut self, SharedPlots { kind, set, quality }: SharedPlots) {
+        (self.kind, self.quality) = (kind, quality);
+        self.set = if TreeSet::ALL.contains(&set) { set } else { TreeSet::Session };
+    }
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        let set = TreeSet::Measured(Experiment::Builders);
+        Self { kind: PlotKind::Speed, set, quality: TreeQuality::Epo, ..Self::default() }
+    }
+}
+
+impl PlotsView {
+    /// Inputs of the scatter of `accel`'s nodes; `None` while its visits are not known.
+    pub(super) fn inputs(derived: &Derived, accel: &Arc<Accel>) -> Option<ScatterInputs> {
+        let (rays, measured) = derived.measured(accel)?;
+        let visits = KnownVisits(Arc::clone(&measured.visits));
+        Some(ScatterInputs { rays, sums: measured.sums.clone(), visits })
+    }
+
+    /// Notes a tree that is shown, and what rays cost in it where that is known; called each UI frame.
+    pub(super) fn note_tree(&mut self, derived: &Derived, accel: &Arc<Accel>) {
+        self.session.note(accel);
+        if let Some(inputs) = Self::inputs(derived, accel)
+            && let Some(scatter) = self.scatter.get(accel, &inputs)
+            && scatter.sums.root_hits > 0
+        {
+            let cost = scatter.sums.cost;
+            self.session.note_cost(accel, inputs.rays, cost);
+        }
     }
 
     /// The next tree of the session to be measured by `rays` while all are to be, beside the presented tree `accel`. Takes what was
@@ -416,11 +447,5 @@ impl PlotsState {
             self.measures_all = false;
         }
         None
-    }
-
-    /// Shows what another window showed.
-    pub fn show_shared(&mut self, SharedPlots { kind, set, quality }: SharedPlots) {
-        (self.kind, self.quality) = (kind, quality);
-        self.set = if TreeSet::ALL.contains(&set) { set } else { TreeSet::Session };
     }
 }

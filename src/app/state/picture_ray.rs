@@ -1,4 +1,4 @@
-//! The ray that the view "Ray" shows: which it is, its record, and the step that is looked at.
+//! The ray over the picture, which the view "Ray" shows too: which it is, its record, and the step that is looked at.
 
 use std::sync::{Arc, Weak};
 
@@ -32,9 +32,9 @@ pub struct RaySource {
     pub size_px: [u32; 2],
 }
 
-/// State of the view "Ray".
+/// The ray that picture and view show.
 #[derive(Debug)]
-pub struct RayState {
+pub struct PictureRay {
     /// Where the ray comes from; `None` until the user has chosen one.
     pub source: Option<RaySource>,
     /// Its purpose.
@@ -84,11 +84,11 @@ pub struct SharedRayView {
 
 impl Default for SharedRayView {
     fn default() -> Self {
-        RayState::default().shared()
+        PictureRay::default().shared()
     }
 }
 
-impl Default for RayState {
+impl Default for PictureRay {
     fn default() -> Self {
         Self {
             source: None,
@@ -112,7 +112,7 @@ impl Default for RayState {
     }
 }
 
-impl RayState {
+impl PictureRay {
     /// Name of its view.
     pub const VIEW: &str = "Ray";
 
@@ -198,7 +198,7 @@ impl RayState {
         Some((Arc::clone(shown), is_same(tree, accel)))
     }
 
-    /// The last result of [`RayState::follow`].
+    /// The last result of [`PictureRay::follow`].
     pub fn shown(&self) -> Option<&Arc<RayOutcome>> {
         self.source?;
         self.shown.as_ref().map(|(_, shown)| shown)
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_typed_ray_that_points_nowhere_keeps_the_one_before() {
-        let mut view = RayState::default();
+        let mut view = PictureRay::default();
         view.take_pixel([3, 4], camera(), [10, 10]);
         let before = view.source;
         for (typed, part) in [
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn the_replay_ends_at_the_last_step_and_begins_again_from_there() {
-        let mut view = RayState { speed: 10.0, ..RayState::default() };
+        let mut view = PictureRay { speed: 10.0, ..PictureRay::default() };
         view.toggle_play(5);
         view.advance(0.05, 5);
         assert_eq!((view.cursor, view.playing), (0, true));

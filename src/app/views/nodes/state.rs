@@ -4,8 +4,10 @@
 use std::collections::{BTreeSet, HashSet};
 use std::sync::{Arc, Weak};
 
+use serde::{Deserialize, Serialize};
+
 use crate::accel::{Accel, is_same};
-use crate::app::state::study::Study;
+use crate::app::state::{Derived, Presented, Study, ViewState};
 use crate::catalog::metrics::{self, Metric};
 use crate::lab::node_ranking::NodeOrder;
 use crate::lab::node_values::KnownVisits;
@@ -20,39 +22,86 @@ pub struct RankingInputs {
     pub visits: Option<KnownVisits>,
 }
 
-/// The list of worst nodes.
+/// The outline of the tree and the list of worst nodes.
 #[derive(Debug)]
-pub struct NodesState {
+pub struct NodesView {
+    /// The outline.
+    pub outline: Outline,
     /// How it is sorted.
     pub order: NodeOrder,
     /// The listed nodes, the worst first.
     pub ranking: Study<RankingInputs, Vec<u32>>,
     /// The node to which the list was scrolled last, so that it can be scrolled away from the selected node.
     revealed: Option<u32>,
+    /// The unfolded nodes of a pasted state, for its tree.
+    pasted_unfolded: BTreeSet<u32>,
 }
 
-impl Default for NodesState {
+/// The part of the view in a shared state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SharedNodesView {
+    order: NodeOrder,
+    unfolded: BTreeSet<u32>,
+}
+
+impl Default for SharedNodesView {
+    fn default() -> Self {
+        NodesView::default().shared(None)
+    }
+}
+
+impl Default for NodesView {
     fn default() -> Self {
         let order = NodeOrder { metric: metrics::REGRET, ascending: false, min_area: 0.001 };
-        Self { order, ranking: Study::default(), revealed: None }
+        Self {
+            outline: Outline::default(),
+            order,
+            ranking: Study::default(),
+            revealed: None,
+            pasted_unfolded: BTreeSet::from([0]),
+        }
     }
 }
 
-impl NodesState {
-    /// Its part of a shared state.
-    pub fn shared(&self) -> NodeOrder {
-        let Self { order, ranking: _, revealed: _ } = self;
-        *order
+impl ViewState for NodesView {
+    const NAME: &'static str = "Nodes";
+    type Shared = SharedNodesView;
+
+    fn shared(&self, tree: Option<&Arc<Accel>>) -> SharedNodesView {
+        let Self { outline, order, ranking: _, revealed: _, pasted_unfolded } = self;
+        let unfolded = tree.map_or_else(|| pasted_unfolded.clone(), |tree| outline.unfolded(tree));
+        SharedNodesView { order: *order, unfolded }
     }
 
-    /// Sorts as another window did.
-    pub fn show_shared(&mut self, order: NodeOrder) {
+    fn show_shared(&mut self, SharedNodesView { order, unfolded }: SharedNodesView) {
         let min_area = if order.min_area.is_finite() { order.min_area.clamp(0.0, 1.0) } else { 0.0 };
         (self.order, self.revealed) = (NodeOrder { min_area, ..order }, None);
+        self.pasted_unfolded = unfolded;
     }
 
-    /// Name of its view.
-    pub const VIEW: &str = "Nodes";
+    fn show_shared_nodes(&mut self, shown: &Presented) {
+        let mut nodes = self.pasted_unfolded.clone();
+        nodes.retain(|&node| (node as usize) < shown.table.len());
+        self.outline.unfold(&shown.accel, &shown.table, nodes);
+    }
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        let order = NodeOrder { metric: metrics::OVERLAP, ascending: true, min_area: 0.01 };
+        Self { order, pasted_unfolded: BTreeSet::from([0, 2]), ..Self::default() }
+    }
+}
+
+impl NodesView {
+    /// Inputs of the list of worst nodes of `accel`; `None` while visits or regrets are needed and not known.
+    pub(super) fn inputs(&self, derived: &Derived, accel: &Arc<Accel>) -> Option<RankingInputs> {
+        let order = self.order;
+        if order.metric.needs_regrets {
+            derived.regrets.get(accel, &())?;
+        }
+        let visits = derived.needed_visits(accel, order.metric.needs_visits).ok()?;
+        Some(RankingInputs { order, visits })
+    }
 
     /// Sorts by `metric`, the largest first; by the metric that it is sorted by already, the other way round.
     pub fn sort_by(&mut self, metric: &'static Metric) {

@@ -1,4 +1,5 @@
-//! State of the view "Merges": the step that it shows, how it plays, and what was derived for it.
+//! The clusters over the picture in place of depths, as the view "Merges" chooses them: the step that they are of, how it plays, and
+//! what was derived for it.
 
 mod standing;
 
@@ -9,7 +10,6 @@ use std::sync::{Arc, Weak};
 use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
-use crate::app::state::model::Presented;
 use crate::app::state::study::Study;
 use crate::lab::merges::{Merges, TreeOfRecord};
 use crate::render::cluster_cut::ClusterCut;
@@ -43,9 +43,9 @@ pub enum MergePage {
     Price,
 }
 
-/// The user's choices in the view, and the data derived for them.
+/// The user's choices, and the data derived for them.
 #[derive(Debug)]
-pub struct MergesState {
+pub struct PictureCut {
     /// The merges of the presented tree; an error states why there are none.
     pub study: Study<MergeOrder, Result<MergeStudy, String>>,
     /// Why the two clusters of the present step were merged.
@@ -95,11 +95,11 @@ pub struct SharedMerges {
 
 impl Default for SharedMerges {
     fn default() -> Self {
-        MergesState::default().shared()
+        PictureCut::default().shared()
     }
 }
 
-impl Default for MergesState {
+impl Default for PictureCut {
     fn default() -> Self {
         Self {
             study: Study::default(),
@@ -123,7 +123,7 @@ impl Default for MergesState {
     }
 }
 
-impl MergesState {
+impl PictureCut {
     /// Name of its view.
     pub const VIEW: &str = "Merges";
     /// Slowest and fastest playing in merges a second.
@@ -272,9 +272,8 @@ impl MergesState {
         wanted.then(|| ChoiceOf { history: Arc::clone(&merges.history), merge })
     }
 
-    /// The clusters that the overlay draws in place of the chosen depths, at most `count` of them; `None` where it draws those depths.
-    pub fn standing(&mut self, presented: &Presented, count: usize) -> Option<Arc<Standing>> {
-        let accel = &presented.accel;
+    /// The clusters of `accel` that the overlay draws in place of the chosen depths, at most `count` of them; `None` where it draws those depths.
+    pub fn standing(&mut self, accel: &Arc<Accel>, count: usize) -> Option<Arc<Standing>> {
         let wanted = if let Some(cut) = self.wanted_cut() {
             Standing::of_cut(Arc::clone(self.cut.get(accel, &cut)?), count)
         } else {
@@ -314,7 +313,7 @@ mod tests {
     #[test]
     fn playing_shows_as_many_merges_as_time_has_passed() {
         let merges = merges();
-        let mut state = MergesState { speed: 10.0, ..MergesState::default() };
+        let mut state = PictureCut { speed: 10.0, ..PictureCut::default() };
         state.toggle_play(&merges);
         assert_eq!(state.step(&merges), Some(0));
         for _ in 0..25 {
@@ -332,7 +331,7 @@ mod tests {
     #[test]
     fn a_step_beyond_the_end_is_the_end() {
         let merges = merges();
-        let mut state = MergesState::default();
+        let mut state = PictureCut::default();
         state.go(&merges, u32::MAX);
         assert_eq!((state.left, state.step(&merges)), (Some(1), Some(merges.timeline.steps())));
         state.left = Some(u32::MAX);

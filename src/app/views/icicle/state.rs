@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
-use crate::app::state::study::Study;
+use crate::app::state::{Derived, Presented, Study, ViewState};
 use crate::catalog::metrics::{self, Metric};
 use crate::lab::icicle::{Icicle, IcicleWidth};
 use crate::lab::node_values::{KnownVisits, MetricScale, NodeValues};
@@ -22,7 +22,7 @@ pub struct IcicleInputs {
 
 /// The icicle of the presented tree.
 #[derive(Debug)]
-pub struct IcicleState {
+pub struct IcicleView {
     /// Meaning of the widths.
     pub width: IcicleWidth,
     /// Meaning of the colours.
@@ -31,19 +31,47 @@ pub struct IcicleState {
     pub sums: Study<IcicleInputs, Vec<f32>>,
     tree: Weak<Accel>,
     top: u32,
+    /// The topmost node of a pasted state, for its tree.
+    pasted_top: u32,
     layout: Option<(LayoutKey, Arc<IcicleLayout>)>,
 }
 
-/// The icicle's part of a shared state. The topmost node is shared with the other nodes.
+/// The icicle's part of a shared state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SharedIcicle {
     width: IcicleWidth,
     color: &'static Metric,
+    topmost: u32,
 }
 
 impl Default for SharedIcicle {
     fn default() -> Self {
-        IcicleState::default().shared()
+        IcicleView::default().shared(None)
+    }
+}
+
+impl ViewState for IcicleView {
+    const NAME: &'static str = "Icicle";
+    type Shared = SharedIcicle;
+
+    fn shared(&self, tree: Option<&Arc<Accel>>) -> SharedIcicle {
+        let Self { width, color, sums: _, tree: _, top: _, pasted_top, layout: _ } = self;
+        SharedIcicle { width: *width, color, topmost: tree.map_or(*pasted_top, |tree| self.top_of(tree)) }
+    }
+
+    fn show_shared(&mut self, SharedIcicle { width, color, topmost }: SharedIcicle) {
+        (self.width, self.color, self.pasted_top) = (width, color, topmost);
+    }
+
+    fn show_shared_nodes(&mut self, shown: &Presented) {
+        if (self.pasted_top as usize) < shown.table.len() {
+            self.zoom_in_tree(&shown.accel, self.pasted_top);
+        }
+    }
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        Self { width: IcicleWidth::Visits, color: metrics::DEPTH, pasted_top: 3, ..Self::default() }
     }
 }
 
@@ -78,7 +106,7 @@ impl PartialEq for LayoutKey {
     }
 }
 
-impl Default for IcicleState {
+impl Default for IcicleView {
     fn default() -> Self {
         Self {
             width: IcicleWidth::Cost,
@@ -86,15 +114,13 @@ impl Default for IcicleState {
             sums: Study::default(),
             tree: Weak::new(),
             top: 0,
+            pasted_top: 0,
             layout: None,
         }
     }
 }
 
-impl IcicleState {
-    /// Name of its view.
-    pub const VIEW: &str = "Icicle";
-
+impl IcicleView {
     /// Puts the root on top where the tree is another one than the last time.
     pub fn follow(&mut self, accel: &Arc<Accel>) {
         if !is_same(&self.tree, accel) {
@@ -102,15 +128,11 @@ impl IcicleState {
         }
     }
 
-    /// Its part of a shared state.
-    pub fn shared(&self) -> SharedIcicle {
-        let Self { width, color, sums: _, tree: _, top: _, layout: _ } = self;
-        SharedIcicle { width: *width, color }
-    }
-
-    /// Shows what another window showed.
-    pub fn show_shared(&mut self, SharedIcicle { width, color }: SharedIcicle) {
-        (self.width, self.color) = (width, color);
+    /// Inputs of the widths of `accel`'s icicle; `None` while visits are needed and not known.
+    pub(super) fn inputs(&self, derived: &Derived, accel: &Arc<Accel>) -> Option<IcicleInputs> {
+        let width = self.width;
+        let visits = derived.needed_visits(accel, width == IcicleWidth::Visits).ok()?;
+        Some(IcicleInputs { width, visits })
     }
 
     /// Zooms to a node of `accel`, which is presented.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::accel::Accel;
-use crate::app::state::study::Study;
+use crate::app::state::{Study, ViewState};
 use crate::lab::motion::{FrameCost, MotionRow};
 use crate::lab::population::ViewRays;
 use crate::scene::Scene;
@@ -97,7 +97,7 @@ pub type MotionCurves = Result<Vec<PolicyCurve>, String>;
 
 /// The view "Motion".
 #[derive(Debug)]
-pub struct MotionState {
+pub struct MotionView {
     /// The quantity of the plot.
     pub quantity: MotionQuantity,
     /// Policies that are not drawn.
@@ -120,11 +120,11 @@ pub struct SharedMotion {
 
 impl Default for SharedMotion {
     fn default() -> Self {
-        MotionState::default().shared()
+        MotionView::default().shared(None)
     }
 }
 
-impl Default for MotionState {
+impl Default for MotionView {
     fn default() -> Self {
         Self {
             quantity: MotionQuantity::default(),
@@ -137,23 +137,29 @@ impl Default for MotionState {
     }
 }
 
-impl MotionState {
-    /// Name of its view.
-    pub const VIEW: &str = "Motion";
-    /// Least and largest number of rays of a frame.
-    pub const RAYS: [f64; 2] = [1e3, 1e9];
+impl ViewState for MotionView {
+    const NAME: &'static str = "Motion";
+    type Shared = SharedMotion;
 
-    /// Its part of a shared state.
-    pub fn shared(&self) -> SharedMotion {
+    fn shared(&self, _: Option<&Arc<Accel>>) -> SharedMotion {
         let Self { quantity, hidden, rays, study: _, basis: _ } = self;
         SharedMotion { quantity: *quantity, hidden: hidden.clone(), rays: *rays }
     }
 
-    /// Shows what another window showed.
-    pub fn show_shared(&mut self, SharedMotion { quantity, hidden, rays }: SharedMotion) {
+    fn show_shared(&mut self, SharedMotion { quantity, hidden, rays }: SharedMotion) {
         (self.quantity, self.hidden) = (quantity, hidden);
         self.rays = if rays.is_finite() { rays.clamp(Self::RAYS[0], Self::RAYS[1]) } else { Self::default().rays };
     }
+
+    #[cfg(test)]
+    fn changed() -> Self {
+        Self { quantity: MotionQuantity::Epo, hidden: vec![Policy::Refit], rays: 2e5, ..Self::default() }
+    }
+}
+
+impl MotionView {
+    /// Least and largest number of rays of a frame.
+    pub const RAYS: [f64; 2] = [1e3, 1e9];
 
     /// The model that is measured, by a tree of it; that of `accel` from now on where another one was, seen by the rays of the view then.
     pub fn basis(&mut self, accel: &Arc<Accel>, present: ViewRays) -> (Arc<Accel>, ViewRays) {
