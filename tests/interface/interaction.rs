@@ -45,6 +45,29 @@ fn a_dragged_threshold_rebuilds_the_tree_and_the_numbers_follow() {
     assert_eq!(displayed(&harness, "Tests per pixel"), format::significant(f64::from(tests)));
 }
 
+/// Press, one movement and release in the events of one UI frame, as where a frame takes long.
+fn drag_at_once(harness: &mut Window, from: Pos2, by: egui::Vec2) {
+    let button = |pos: Pos2, pressed| crate::harness::button(pos, PointerButton::Primary, pressed);
+    let events =
+        [Event::PointerMoved(from), button(from, true), Event::PointerMoved(from + by), button(from + by, false)];
+    harness.input_mut().events.extend(events);
+    harness.run_steps(4);
+    settle(harness);
+}
+
+#[test]
+fn a_drag_within_one_frame_counts_in_the_picture_and_on_a_slider() {
+    let mut harness = app();
+    let (before, at) = (camera(&harness), viewport(&harness).center());
+    drag_at_once(&mut harness, at, vec2(160.0, 0.0));
+    assert_ne!(camera(&harness).eye, before.eye, "the view turns");
+    let rail = harness.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    let threshold = harness.state().state.wanted.build.threshold;
+    let grip = Pos2::new(rail.left() + rail.width() * 0.4, rail.center().y);
+    drag_at_once(&mut harness, grip, vec2(rail.width() * 0.4, 60.0));
+    assert!(harness.state().state.wanted.build.threshold > threshold, "though the pointer has left the slider");
+}
+
 #[test]
 fn settings_are_undone_and_redone_by_keys() {
     let mut harness = app();

@@ -10,6 +10,7 @@ use super::{files, storage, system};
 use crate::app::shell::derived_worker::DerivedWorker;
 use crate::app::shell::file_watch::{FileChange, FileWatch, TreeWatch};
 use crate::app::shell::measure_worker::MeasureWorker;
+use crate::app::shell::quick_drags::QuickDrags;
 use crate::app::shell::reconcile::Reconciler;
 use crate::app::shell::requests::{BackgroundTasks, take_dropped_files};
 use crate::app::shell::system::{ClipboardProbe, Device};
@@ -141,6 +142,7 @@ impl App {
         let ctx = context.egui_ctx.clone();
         theme::apply(&ctx, &state.preferences);
         ctx.options_mut(|options| options.input_options.max_click_duration = MAX_CLICK_SECONDS);
+        ctx.add_plugin(QuickDrags::default());
         let device = Device::default();
         if let Some(render_state) = &context.wgpu_render_state {
             let info = render_state.adapter.get_info();

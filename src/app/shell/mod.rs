@@ -26,6 +26,7 @@ mod render_job;
 
 mod frame_pacing;
 mod present;
+mod quick_drags;
 
 pub(crate) mod derived_worker;
 pub(crate) mod measure_worker;
