@@ -107,6 +107,35 @@ fn the_start_page_shows_recent_models_before_the_built_in_ones() {
 }
 
 #[test]
+fn the_path_typed_before_is_replaced_by_typing() {
+    let mut s = state(Shading::Lit);
+    s.layout.path_field.text = "builtin:foliage".to_owned();
+    let mut h = harness(s);
+    h.key_press_modifiers(Modifiers::COMMAND, Key::N);
+    h.run_steps(3);
+    h.input_mut().events.push(egui::Event::Text("abc".to_owned()));
+    h.run_steps(2);
+    assert_eq!(h.state().layout.path_field.text, "abc");
+}
+
+#[test]
+fn no_tooltip_lies_over_a_dialog_or_an_error() {
+    let tip = "Groups of fewer triangles are clustered";
+    let shows = |change: fn(&mut AppState)| {
+        let mut h = harness(state(Shading::Lit));
+        let at = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
+        h.hover_at(at);
+        h.run_steps(60);
+        let before = h.query_by_label_contains(tip).is_some();
+        change(h.state_mut());
+        h.run_steps(4);
+        (before, h.query_by_label_contains(tip).is_some())
+    };
+    assert_eq!(shows(|_| {}), (true, true), "the pointer rests on the slider");
+    assert_eq!(shows(|state| state.layout.start_page_open = true), (true, false));
+}
+
+#[test]
 fn a_number_leads_to_its_term() {
     let mut h = harness(state(Shading::Lit));
     let tile = h.get_by(|node| node.value().is_some_and(|text| text.starts_with("SAH cost "))).rect();

@@ -366,6 +366,9 @@ fn two_trees_follow_by_policies_of_their_own() {
     let hash = |shown: &Presented| shown.accel.hash(&CancelToken::new()).unwrap();
     assert_ne!(hash(&presented(&harness)), hash(&second));
     assert_eq!(presented(&harness).frame.primitive, second.frame.primitive, "the same hits");
+    let names = [presented(&harness), second].map(|shown| shown.name());
+    assert_eq!(names, ["AAC δ 6 ε 0.2, boxes", "AAC δ 6 ε 0.2, boxes, refit"]);
+    assert!(harness.query_by_label_contains("B: AAC δ 6 ε 0.2, boxes, refit").is_some(), "the headline");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use bvhscope::app::commands;
 use bvhscope::app::commands::{Action, shortcut_text};
 use bvhscope::app::state::{AppState, HoveredPixel};
 use bvhscope::render::Shading;
-use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::settings::{BuilderKind, Pass};
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
@@ -42,6 +42,43 @@ fn the_palette_ranks_beginnings_of_words_first() {
     let found = commands::search(commands::entries().to_vec(), "orth");
     assert_eq!(found[0].action, Action::ToggleOrthographic);
     assert!(commands::search(commands::entries().to_vec(), "zzzzqq").is_empty());
+}
+
+#[test]
+fn the_palette_has_the_choices_of_the_panels() {
+    let mut state = state(Shading::Lit);
+    for (query, label) in [
+        ("survival", "Colour by survival"),
+        ("orient", "Pass: Orient"),
+        ("reinsert", "Pass: Reinsert"),
+        ("show 14", "Show 14-DOPs"),
+        ("samples 16", "Samples: 16"),
+        ("paper", "Traversal: paper"),
+        ("policy refit", "Policy: Refit"),
+    ] {
+        let found = commands::search(commands::entries().to_vec(), query);
+        let entry = found.iter().find(|entry| entry.label == label).unwrap_or_else(|| panic!("{query}: no {label}"));
+        if entry.action.is_enabled(&state) {
+            entry.action.perform(&mut state);
+            assert_eq!(entry.action.is_on(&state), Some(true), "{label}");
+        } else {
+            assert_eq!(label, "Policy: Refit", "the model stands still");
+        }
+    }
+    let passes = state.wanted.build.optimize;
+    assert!(passes.contains(Pass::Orient) && passes.contains(Pass::Reinsert), "{passes:?}");
+    assert_eq!(state.wanted.render.samples, 16);
+}
+
+#[test]
+fn a_key_that_does_nothing_says_why() {
+    let mut s = state(Shading::Lit);
+    s.wanted.build.builder = BuilderKind::Lbvh;
+    let mut h = harness(s);
+    h.key_press(Key::CloseBracket);
+    h.run_steps(2);
+    let texts: Vec<&str> = h.state().messages.open.iter().map(|message| message.text.as_str()).collect();
+    assert_eq!(texts, ["This builder has no threshold"]);
 }
 
 #[test]

@@ -67,6 +67,43 @@ fn listed(harness: &Window) -> usize {
     harness.state().state.views.get::<PlotsView>().session.plotted(None).len()
 }
 
+/// The names of files saved in `folder`.
+fn saved(folder: &Path) -> Vec<String> {
+    let names =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".bvh")).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_saved_tree_is_named_after_its_letter_and_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("corner.obj");
+    std::fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\n").unwrap();
+    let mut harness = app();
+    state(&mut harness).activity.requests.push(Request::Open(SceneSource::File(model)));
+    settle(&mut harness);
+    let save = |harness: &mut Window, count: usize| {
+        Action::SaveTree.perform(state(harness));
+        for _ in 0..500 {
+            harness.run_steps(1);
+            if saved(folder.path()).len() == count {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        panic!("no tree was saved");
+    };
+    save(&mut harness, 1);
+    Action::Compare(CompareStep::Toggle).perform(state(&mut harness));
+    let second = state(&mut harness).wanted.second.as_mut().unwrap();
+    second.build = BuildSettings { builder: BuilderKind::Lbvh, container: ContainerKind::Sphere, ..second.build };
+    settle(&mut harness);
+    save(&mut harness, 2);
+    assert_eq!(saved(folder.path()), ["corner-B-lbvh-sphere-001.bvh", "corner-fast-001.bvh"]);
+}
+
 /// Begins a lesson and leaves it.
 fn read_a_lesson(harness: &mut Window) {
     let own = Arc::clone(&presented(harness).accel.scene);

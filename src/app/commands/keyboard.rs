@@ -5,8 +5,8 @@ use egui::{self, Event, Key, Modifiers};
 use super::clipboard::paste_state;
 use super::entries::entries;
 use super::row::{Category, Entry};
-use crate::app::state::AppState;
 use crate::app::state::action::Action;
+use crate::app::state::{AppState, Severity};
 
 /// Performs the actions whose keys were pressed. A focused text field keeps its keys; so does the open palette, except for
 /// Ctrl+P, F1 and Esc.
@@ -44,7 +44,7 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
                 return true;
             }
             if !repeat || entry.row.repeats {
-                actions.push(action);
+                actions.push((action, entry.row.reason));
             }
             false
         });
@@ -52,9 +52,11 @@ pub fn handle_shortcuts(ctx: &egui::Context, state: &mut AppState) {
     if let Some(text) = pasted {
         paste_state(state, &text);
     }
-    for action in actions {
+    for (action, reason) in actions {
         if action.is_enabled(state) || action == Action::Cancel {
             action.perform(state);
+        } else if !reason.is_empty() {
+            state.messages.notify(Severity::Info, reason);
         }
     }
 }

@@ -54,6 +54,8 @@ pub(super) struct Row {
     pub(super) perform: fn(&mut AppState, usize),
     /// The action repeats while its key is held.
     pub(super) repeats: bool,
+    /// Why it cannot be performed, where that is not plain to see; empty otherwise.
+    pub(super) reason: &'static str,
     /// Its keys act only while the viewport has the focus; elsewhere they belong to the focused widget.
     pub(super) in_viewport: bool,
     /// Its keys belong to the focused widget, if that is not the viewport.
@@ -109,6 +111,7 @@ pub(super) const fn many(items: fn() -> Vec<Item>, perform: fn(&mut AppState, us
         on: |_, _| None,
         perform,
         repeats: false,
+        reason: "",
         in_viewport: false,
         yields: false,
     }
@@ -128,6 +131,11 @@ impl Row {
     /// With the condition under which it can be performed.
     pub(super) const fn when(self, enabled: fn(&AppState, usize) -> bool) -> Self {
         Self { enabled, ..self }
+    }
+
+    /// With the reason that its keys give where it cannot be performed.
+    pub(super) const fn because(self, reason: &'static str) -> Self {
+        Self { reason, ..self }
     }
 
     /// As a switch or choice that is on or off.

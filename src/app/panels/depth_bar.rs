@@ -6,6 +6,7 @@ use egui::{
 };
 
 use crate::app::state::AppState;
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 
 /// Largest width of the summary in points: "shown: 12 … 39 · 100,000 of 2,175,431".
@@ -68,7 +69,7 @@ fn number(ui: &mut Ui, state: &mut AppState, max_depth: u32, end: usize, name: &
         }
         state.wanted.overlay.depth = Some(depth);
     }
-    response.on_hover_text("First and last depth whose containers are drawn; the root is 0 (keys , and .)");
+    response.tip("First and last depth whose containers are drawn; the root is 0 (keys , and .)");
 }
 
 /// Switch for the range that suits the tree.
@@ -81,7 +82,7 @@ fn automatic(ui: &mut Ui, state: &mut AppState) {
     };
     let response = ui.add(egui::Button::new("Auto").selected(on));
     response.widget_info(|| WidgetInfo::selected(Role::Button, ui.is_enabled(), on, "Automatic depth range"));
-    if response.on_hover_text(tip).clicked() {
+    if response.tip(tip).clicked() {
         state.wanted.overlay.depth = on.then(|| state.drawn_depths());
     }
 }

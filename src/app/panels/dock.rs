@@ -75,7 +75,7 @@ fn tabs(ui: &mut Ui, state: &mut AppState, open: &Tab) {
             {
                 let start = state.clip().map_or(0.0, |(_, clip)| clip.start);
                 let tip = "The view is of the tree of this frame of the clip: what it shows takes longer than a frame";
-                ui.weak(format!("at {:.2} s", moment.seconds - start)).on_hover_text(tip);
+                ui.weak(format!("at {:.2} s", moment.seconds - start)).tip(tip);
             }
             // The views are of the first tree, whichever is edited.
             let tip = "The views show tree A. A click exchanges the two trees, so that they show the other";

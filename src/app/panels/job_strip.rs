@@ -5,8 +5,8 @@ use std::time::Instant;
 use egui::{self, Align, CornerRadius, Layout, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
 use crate::app::state::{AppState, JobStatus, PROGRESS_DELAY, Request};
-use crate::app::widgets::Icon;
 use crate::app::widgets::icon_button;
+use crate::app::widgets::{Icon, Tip as _};
 use crate::app::{format, theme};
 
 /// Shows the bar.
@@ -21,12 +21,12 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 let text = egui::RichText::new(facts(state)).color(palette.dim);
                 let label = ui.add(egui::Label::new(text).truncate());
                 if state.layout.graphics.is_software {
-                    label.on_hover_text(format!(
+                    label.tip(format!(
                         "Containers are drawn by the software adapter {}; a graphics driver is much faster",
                         state.layout.graphics.adapter_name
                     ));
                 } else if !state.layout.graphics.adapter_name.is_empty() {
-                    label.on_hover_text(format!("Containers are drawn by {}", state.layout.graphics.adapter_name));
+                    label.tip(format!("Containers are drawn by {}", state.layout.graphics.adapter_name));
                 }
             });
         });
@@ -42,7 +42,7 @@ fn folded(ui: &mut Ui, state: &mut AppState) {
             continue;
         }
         let text = egui::RichText::new(format::counted(count as u64, noun)).color(color);
-        if ui.add(egui::Button::new(text).frame(false)).on_hover_text("List all messages (F2)").clicked() {
+        if ui.add(egui::Button::new(text).frame(false)).tip("List all messages (F2)").clicked() {
             state.layout.messages_open = true;
         }
     }
@@ -85,7 +85,7 @@ fn running(ui: &mut Ui, state: &mut AppState) {
         return;
     }
     let (rect, _) = ui.allocate_exact_size(vec2(theme::ROW_HEIGHT, theme::ROW_HEIGHT), Sense::hover());
-    if icon_button(ui, rect, Icon::Close, "Cancel").on_hover_text("Cancel it and keep what is shown (Esc)").clicked() {
+    if icon_button(ui, rect, Icon::Close, "Cancel").tip("Cancel it and keep what is shown (Esc)").clicked() {
         if studying {
             state.activity.stop_study = true;
         } else {

@@ -28,8 +28,12 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
     time_strip::play(ui, state);
     top(ui, state);
     bottom(ui, state);
+    // In a low window the side panels need more height than the dock leaves them.
+    let clip = ui.clip_rect();
+    ui.set_clip_rect(clip.intersect(ui.available_rect_before_wrap()));
     left(ui, state);
     right(ui, state);
+    ui.set_clip_rect(clip);
     egui::CentralPanel::no_frame().show(ui, |ui| {
         let rect = viewport(ui, state);
         over_viewport(ui, rect, state);

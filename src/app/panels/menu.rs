@@ -27,14 +27,14 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::hover());
                 let verb = if shown { "Hide" } else { "Show" };
                 let response = icon_button(ui, rect, Icon::Panel(side, shown), &format!("{verb} {what}"));
-                if response.on_hover_text(format!("{verb} {what}")).clicked() {
+                if response.tip(format!("{verb} {what}")).clicked() {
                     action.perform(state);
                 }
             }
             let button = Button::new(RichText::new("commands").color(palette.dim))
                 .shortcut_text("Ctrl+P")
                 .frame_when_inactive(false);
-            let response = ui.add(button).on_hover_text("Find and run any command by typing (Ctrl+P)");
+            let response = ui.add(button).tip("Find and run any command by typing (Ctrl+P)");
             response.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Commands"));
             if response.clicked() {
                 Action::Palette.perform(state);

@@ -7,14 +7,12 @@ use egui::{
     TextEdit, Ui, WidgetInfo, vec2,
 };
 
-use crate::accel::Follow;
-use crate::app::commands::Action;
+use crate::app::commands::{Action, refused_policy};
 use crate::app::state::{AppState, Playback};
 use crate::app::widgets::{DropDown, Icon, Tip as _, icon_button};
 use crate::app::{format, theme};
 use crate::scene::Motion;
 use bvhscope_engine::follow::Policy;
-use bvhscope_engine::settings::{BuildSettings, Preset};
 
 /// Longest time in seconds by which playing advances at once.
 const LONGEST_FRAME: f32 = 0.25;
@@ -127,12 +125,14 @@ fn scrub(ui: &mut Ui, state: &mut AppState, motion: &Motion) {
 
 /// The list of policies by which the tree follows the model.
 fn policy(ui: &mut Ui, state: &mut AppState) {
-    let settings = BuildSettings::preset(Preset::Fast, state.edited_build().container);
-    let Some(scene) = state.model.loaded.clone() else { return };
-    let refusal = |policy: Policy| Follow::refusal(policy, &settings, &scene);
+    let refused = Policy::ALL.map(|policy| refused_policy(state, policy));
+    let refusal = |policy: Policy| refused[policy as usize].clone();
     let choices = Policy::ALL.map(|policy| (policy, policy.label(), policy.meaning()));
     let width = (ui.available_width() * CLIP_SHARE).clamp(CLIP_WIDTH[0], CLIP_WIDTH[1]);
     let side = state.edited_side();
+    if state.wanted.second.is_some() {
+        ui.weak(side.name()).tip("The tree that the list beside it is of: the one being edited (4 edits the other)");
+    }
     let policy = state.wanted.policy_mut(side);
     let response = DropDown::new("Policy", &choices).exact_width(width).refusing(&refusal).show(ui, policy);
     response.tip("What becomes of the tree while the model moves; the view Motion (T) compares the policies");

@@ -390,6 +390,7 @@ impl eframe::App for App {
         }
         self.report_device_errors();
         system::correct_size_on_first_frame(ctx);
+        system::fit_screen(ctx);
         if let Some(fault) = self.clipboard_probe.as_ref().and_then(ClipboardProbe::fault) {
             self.state.layout.clipboard_fault = Some(fault);
         }

@@ -296,14 +296,17 @@ fn open_tree(side: TreeSide, path: PathBuf, state: &mut AppState) {
 
 /// Saves the presented tree beside the model, on a thread of its own.
 fn save_tree(saved: Sender<screenshot::Outcome>, wake: Arc<dyn Fn() + Send + Sync>, state: &mut AppState) {
-    let Some(shown) = state.shown_tree(state.edited_side()) else {
+    let side = state.edited_side();
+    let Some(shown) = state.shown_tree(side) else {
         state.messages.notify(Severity::Warning, "There is no tree to save yet");
         return;
     };
     let accel = Arc::clone(&shown.accel);
+    let side = state.wanted.second.map(|_| format!("-{}", side.name())).unwrap_or_default();
+    let tree = format!("{side}-{}", shown.file_name());
     let folders = state.wanted.save_folders();
     let thread = std::thread::Builder::new().name("save tree".to_owned()).spawn(move || {
-        let outcome = write_tree_file(&accel, &first_writable(&folders))
+        let outcome = write_tree_file(&accel, &tree, &first_writable(&folders))
             .map(|path| (path, None))
             .map_err(|error| format!("The tree was not saved: {error}"));
         // Sending fails where the window has been closed.
@@ -315,12 +318,13 @@ fn save_tree(saved: Sender<screenshot::Outcome>, wake: Arc<dyn Fn() + Send + Syn
     }
 }
 
-fn write_tree_file(accel: &Accel, folder: &Path) -> Result<PathBuf, String> {
+/// Writes a tree file named after the model and `tree`.
+fn write_tree_file(accel: &Accel, tree: &str, folder: &Path) -> Result<PathBuf, String> {
     // Arrays are made whole before they are written.
     Budget::of_process().check("the file", accel.tree.bytes() as u64).map_err(|error| error.to_string())?;
     let label = accel.scene.source.label();
     let name = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
-    let stem = format!("{name}-{}", accel.builder_name());
+    let stem = format!("{name}{tree}");
     let token = CancelToken::new();
     let write = |mut writer: &mut dyn std::io::Write| {
         write_tree(&accel.tree, &accel.file_header(false), None, &mut writer, &token)

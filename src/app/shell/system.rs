@@ -250,6 +250,31 @@ pub(crate) fn correct_size_on_first_frame(ctx: &egui::Context) {
     }
 }
 
+/// Number of UI frames in which a window that is larger than its screen is made smaller: a desktop adds the title bar late.
+const FITTING_FRAMES: u64 = 30;
+
+/// Makes a window that has just opened no larger than its screen.
+pub(crate) fn fit_screen(ctx: &egui::Context) {
+    if ctx.cumulative_frame_nr() > FITTING_FRAMES {
+        return;
+    }
+    let size = ctx.input(|input| {
+        let window = input.viewport();
+        fitting_size(window.inner_rect?.size(), window.outer_rect?.size(), window.monitor_size?)
+    });
+    if let Some(size) = size {
+        ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
+    }
+}
+
+/// The size inside a window's frame at which the `outer` one fits a screen; `None` where it does.
+fn fitting_size(inner: egui::Vec2, outer: egui::Vec2, screen: egui::Vec2) -> Option<egui::Vec2> {
+    let fitting = inner.min(screen - (outer - inner).max(egui::Vec2::ZERO));
+    // A pixel more or less is rounding.
+    let is_larger = (inner - fitting).max_elem() > 1.0 && screen.min_elem() > 0.0;
+    is_larger.then(|| fitting.max(egui::Vec2::from(MIN_SIZE))).filter(|size| *size != inner)
+}
+
 /// The window of this process.
 static WINDOW: OnceLock<egui::Context> = OnceLock::new();
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -277,6 +302,18 @@ pub(crate) fn watch_interrupts(ctx: &egui::Context) {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_window_with_its_frame_fits_the_screen() {
+        let vec = egui::Vec2::new;
+        let (inner, frame) = (vec(1280.0, 800.0), vec(2.0, 29.0));
+        assert_eq!(fitting_size(inner, inner + frame, vec(1920.0, 1080.0)), None);
+        assert_eq!(fitting_size(inner, inner, inner), None, "without a frame");
+        assert_eq!(fitting_size(inner, inner + frame, inner), Some(inner - frame));
+        assert_eq!(fitting_size(inner, inner + frame, vec(1366.0, 768.0)), Some(vec(1280.0, 739.0)));
+        assert_eq!(fitting_size(inner, inner, vec(320.0, 200.0)), Some(vec(640.0, 400.0)), "not below the least size");
+        assert_eq!(fitting_size(inner, inner, egui::Vec2::ZERO), None, "an unknown screen");
+    }
 
     #[test]
     fn a_font_of_the_system_has_what_the_own_ones_lack() {

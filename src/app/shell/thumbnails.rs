@@ -68,7 +68,7 @@ impl ThumbnailWorker {
         Ok(Self { latest: Latest::new(worker), requested: HashSet::new(), kept: Weak::new() })
     }
 
-    /// Takes a thumbnail that was found, and requests the next one while the other workers are `idle`.
+    /// Takes a thumbnail that was found, and requests the next one while the other workers are `idle` or the start page is open.
     pub(crate) fn poll(&mut self, state: &mut AppState, idle: bool) {
         match self.latest.poll() {
             Polled::Running => {}
@@ -80,7 +80,8 @@ impl ThumbnailWorker {
             }
             Polled::Failed(text) => log::warn!("a thumbnail was not made: {}", text.unwrap_or_default()),
         }
-        if !idle || self.latest.is_busy() {
+        // An open start page comes before the samples of the picture behind it.
+        if !(idle || state.layout.start_page_open) || self.latest.is_busy() {
             return;
         }
         if let Some(job) = self.next_picture(state).or_else(|| self.next_model(state)) {

@@ -7,10 +7,13 @@ use crate::app::state::preferences::Theme;
 use crate::app::state::second_tree::{CompareView, TreeSide};
 use crate::camera::Camera;
 use crate::lab::plot::Figure;
+use crate::overlay::ColorBy;
 use crate::render::Shading;
 use crate::scene::SceneSource;
-use bvhscope_engine::settings::{BuilderKind, Preset};
+use bvhscope_engine::follow::Policy;
+use bvhscope_engine::settings::{BuilderKind, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
+use bvhscope_engine::tree::traverse::Traversal;
 
 /// An action of the user, by menu, key, command palette or button.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +118,18 @@ pub enum Action {
     Builder(BuilderKind),
     /// Choose boxes or spheres.
     Container(ContainerKind),
+    /// Add a pass over the tree, or remove it.
+    Pass(Pass),
+    /// Draw a kind of containers, or not.
+    ShowKind(ContainerKind),
+    /// Choose what the colour of a container means.
+    ColorBy(ColorBy),
+    /// Choose what becomes of the tree while the model moves.
+    Policy(Policy),
+    /// Choose the number of samples per pixel.
+    Samples(u32),
+    /// Choose how rays visit nodes while tests are counted.
+    Traversal(Traversal),
     /// Raise the threshold by one.
     RaiseThreshold,
     /// Lower the threshold by one.

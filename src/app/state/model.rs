@@ -14,11 +14,14 @@ use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
 use crate::catalog::numbers::Number;
 use crate::catalog::reading::{TraceReading, TreeReading};
+use crate::catalog::settings::{preset_name, short_name};
 use crate::lab::diff::DifferenceMap;
+use crate::lab::file_and_builder;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::tree::ContainerKind;
 
 /// Tree and picture on the screen. They are swapped as a unit, so that picture, overlay and numbers always agree.
 #[derive(Clone)]
@@ -55,6 +58,34 @@ impl Presented {
         let mut counted = None;
         Counted::observe(&mut counted, &frame, hides);
         Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
+    }
+
+    /// The tree in words: its settings or its file and builder, and the policy by which it follows a model that moves: "AAC δ 6 ε 0.2,
+    /// boxes, refit".
+    pub fn name(&self) -> String {
+        let accel = &self.accel;
+        let tree = match &accel.file {
+            None => short_name(&accel.settings),
+            Some(file) => {
+                let containers = accel.tree.container_kind().plural();
+                format!("{}, {containers}", file_and_builder(&file.path, &file.builder()))
+            }
+        };
+        if accel.is_followed() { format!("{tree}, {}", accel.follow.policy.label().to_lowercase()) } else { tree }
+    }
+
+    /// The tree in the name of a file: its preset, else its builder, with containers other than boxes and the policy that it follows by.
+    pub fn file_name(&self) -> String {
+        let accel = &self.accel;
+        let preset = preset_name(&accel.settings).filter(|_| accel.file.is_none());
+        let container = Some(accel.tree.container_kind()).filter(|kind| *kind != ContainerKind::Aabb);
+        let policy = accel.is_followed().then(|| accel.follow.policy.name().to_owned());
+        let parts = [
+            Some(preset.unwrap_or_else(|| accel.builder_name().into_owned())),
+            container.map(|kind| kind.name().to_owned()),
+            policy,
+        ];
+        parts.into_iter().flatten().collect::<Vec<_>>().join("-")
     }
 
     /// The tree to compare its successor with: this one where it came to rest, else the one before it.

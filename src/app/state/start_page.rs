@@ -22,6 +22,8 @@ pub struct PathField {
     pub tree: Option<TreeSide>,
     /// The field is to take the keyboard focus.
     pub wants_focus: bool,
+    /// The whole text is to be selected as well, so that typing replaces it.
+    pub selects_all: bool,
     /// Index of the chosen one of [`PathField::offered`].
     pub chosen: Option<usize>,
     /// The folder whose entries were requested last.

@@ -16,4 +16,4 @@ pub(crate) use panel::{Header, empty_view, more, panel_frame, restore_sections, 
 pub(crate) use row::{check, chip, note_place, place_of, row};
 pub(crate) use slider::{SliderSpec, slider};
 pub(crate) use statistic::{Statistic, copies, statistic, tip_with_hint, value_text};
-pub(crate) use tip::{Tip, hush, note_panel};
+pub(crate) use tip::{Tip, hush, note_front, note_panel};

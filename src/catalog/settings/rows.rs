@@ -111,8 +111,8 @@ pub static THRESHOLD: Setting = Setting {
     value_name: "N",
     help: "AAC: fewer primitives than this are clustered, not split, {}",
     label: "Threshold",
-    tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, fewer tests per ray. 6 fast, 12 \
-          good ([ and ])",
+    tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, mostly fewer tests per ray. \
+          6 fast, 12 good ([ and ])",
     value: Value::Number(Number {
         symbol: "δ",
         range: [BuildSettings::MIN_THRESHOLD as f32, BuildSettings::MAX_THRESHOLD as f32],

@@ -30,6 +30,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         one(Action::StartPage, "Start page", "Show built-in scenes and recent files", &[(CTRL, Key::N)], |state, _| {
             state.layout.start_page_open = !state.layout.start_page_open;
             state.layout.path_field.wants_focus = state.layout.start_page_open;
+            state.layout.path_field.selects_all = state.layout.start_page_open;
             state.layout.path_field.tree = None;
         }),
         many(builtin_scenes, open_builtin).within("Open built-in"),

@@ -5,11 +5,13 @@ mod edit;
 mod file;
 mod help;
 mod lab;
+mod picture;
 mod tree;
 mod view;
 
+pub(in crate::app) use picture::shading_description;
 pub(in crate::app) use tree::compare_description;
-pub(in crate::app) use view::shading_description;
+pub(in crate::app) use view::refused_policy;
 
 use super::row::{Category, Row};
 

@@ -7,8 +7,9 @@ use egui::Key;
 use crate::app::commands::row::{CTRL, Item, NONE, Row, flip, item, many, one};
 use crate::app::state::action::{Action, CompareStep};
 use crate::app::state::{AppState, CompareView, SecondTree, TreeSide};
-use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, PRESET, Setting, THRESHOLD, Value};
-use bvhscope_engine::settings::{BuilderKind, Preset};
+use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, OPTIMIZE, PRESET, Setting, THRESHOLD, Value};
+use crate::overlay::ColorBy;
+use bvhscope_engine::settings::{BuilderKind, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
@@ -24,6 +25,10 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             .when(|state, index| can_set(state, &CONTAINER, index))
             .switch(|state, index| Some(is_value(state, &CONTAINER, index)))
             .within("Container"),
+        many(passes, set_pass)
+            .when(|state, index| refused_pass(state, index).is_none())
+            .switch(|state, index| Some(state.edited_build().optimize.contains(Pass::ALL[index])))
+            .within("Passes"),
         one(
             Action::RaiseThreshold,
             "Raise threshold",
@@ -32,6 +37,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             |state, _| step_threshold(state, 1),
         )
         .when(has_threshold)
+        .because("This builder has no threshold")
         .repeated(),
         one(
             Action::LowerThreshold,
@@ -41,6 +47,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             |state, _| step_threshold(state, -1),
         )
         .when(has_threshold)
+        .because("This builder has no threshold")
         .repeated(),
     ],
     &[many(comparisons, |state, index| compare(state, COMPARISONS[index]))
@@ -51,6 +58,16 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 ];
 
 const DRAWN: &[Row] = &[
+    many(kinds, |state, index| {
+        let mut kinds = state.wanted.overlay.kinds(state.container_kind());
+        flip(&mut kinds[index]);
+        state.wanted.overlay = state.wanted.overlay.with_kinds(kinds);
+    })
+    .switch(|state, index| Some(state.wanted.overlay.kinds(state.container_kind())[index]))
+    .within("Show"),
+    many(colors, |state, index| state.wanted.overlay.color_by = ColorBy::ALL[index])
+        .switch(|state, index| Some(state.wanted.overlay.color_by == ColorBy::ALL[index]))
+        .within("Colour by"),
     one(Action::Deeper, "Deeper", "Show containers one level further down", &[(NONE, Key::Period)], |state, _| {
         step_depth(state, 1);
     })
@@ -107,6 +124,41 @@ fn builders() -> Vec<Item> {
 
 fn containers() -> Vec<Item> {
     values(&CONTAINER, &ContainerKind::ALL.map(Action::Container))
+}
+
+fn passes() -> Vec<Item> {
+    let Value::Any { options, .. } = &OPTIMIZE.value else { return Vec::new() };
+    let pass = |(pass, option): (Pass, Choice)| item(Action::Pass(pass), format!("Pass: {}", option.label), option.tip);
+    Pass::ALL.into_iter().zip(options()).map(pass).collect()
+}
+
+fn set_pass(state: &mut AppState, index: usize) {
+    if let Value::Any { get, set, .. } = &OPTIMIZE.value {
+        let build = state.edited_build_mut();
+        set(build, index, !get(build, index));
+    }
+}
+
+/// Why a pass would have no effect.
+fn refused_pass(state: &AppState, index: usize) -> Option<&'static str> {
+    let Value::Any { refusal, .. } = &OPTIMIZE.value else { return None };
+    refusal(state.edited_build(), index)
+}
+
+fn kinds() -> Vec<Item> {
+    let kind = |kind: ContainerKind| {
+        let tip = format!("Draw the {} around nodes, whatever the tree is built of", kind.plural());
+        item(Action::ShowKind(kind), format!("Show {}", kind.plural()), tip)
+    };
+    ContainerKind::WITH_ORIENTED.map(kind).into()
+}
+
+fn colors() -> Vec<Item> {
+    let color = |by: ColorBy| {
+        let label = format!("Colour by {}", by.label().to_lowercase());
+        item(Action::ColorBy(by), label, "Choose what the colour of a container means; the legend has the numbers")
+    };
+    ColorBy::ALL.map(color).into()
 }
 
 /// One action for each named value of a setting.

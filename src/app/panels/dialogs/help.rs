@@ -230,7 +230,7 @@ pub(crate) fn messages(ctx: &egui::Context, state: &mut AppState) {
         }
         let all = || state.messages.history.iter().map(message_line).collect::<Vec<_>>().join("\n");
         let tip = "Copy all of them as text, oldest first";
-        if ui.add(Button::new("Copy all")).on_hover_text(tip).clicked() {
+        if ui.add(Button::new("Copy all")).tip(tip).clicked() {
             copied = Some(all());
         }
         ui.separator();

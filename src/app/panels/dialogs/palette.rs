@@ -5,6 +5,7 @@ use egui::{self, Align2, Area, Button, Frame, Id, Key, Modifiers, Order, RichTex
 use crate::app::commands::{entries_for, go_to, search};
 use crate::app::state::AppState;
 use crate::app::theme;
+use crate::app::widgets::{Tip as _, note_front};
 
 /// Largest width of the palette in points.
 const WIDTH: f32 = 520.0;
@@ -66,8 +67,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
                     let button = Button::selectable(index == chosen, &entry.label)
                         .shortcut_text(entry.first_key())
                         .min_size(vec2(ui.available_width(), 24.0));
-                    let response =
-                        ui.add_enabled(entry.action.is_enabled(state), button).on_hover_text(&entry.description);
+                    let response = ui.add_enabled(entry.action.is_enabled(state), button).tip(&entry.description);
                     if index == chosen && moved {
                         response.scroll_to_me(None);
                     }
@@ -78,6 +78,7 @@ pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
             });
         });
     });
+    note_front(ctx, response.response.rect);
     let outside = known.is_some() && response.response.clicked_elsewhere();
     ctx.data_mut(|data| data.insert_temp(chosen_id, chosen));
     state.layout.palette = if run.is_some() || outside { None } else { Some(query) };
@@ -118,6 +119,7 @@ pub(crate) fn show_go_to(ctx: &egui::Context, state: &mut AppState) {
             ui.add(egui::Label::new(RichText::new(line).color(color)).wrap());
         });
     });
+    note_front(ctx, response.response.rect);
     let outside = !is_new && response.response.clicked_elsewhere();
     state.layout.go_to = Some((text.clone(), fault)).filter(|_| !outside);
     if enter {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use egui::text::{CCursor, CCursorRange};
 use egui::{self, Button, EventFilter, Key, Modifiers, RichText, TextEdit, Ui, vec2};
 
 use crate::app::state::{AppState, Request};
@@ -40,6 +41,9 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) -> Option<PathBuf> {
         });
         if std::mem::take(&mut field.wants_focus) {
             response.request_focus();
+        }
+        if std::mem::take(&mut field.selects_all) {
+            select(ui, id, 0, &field.text);
         }
         if response.changed() {
             field.chosen = None;
@@ -85,12 +89,17 @@ fn keys(ui: &Ui, state: &mut AppState, id: egui::Id) {
     if tab {
         field.complete();
         // The cursor goes behind what was completed.
-        if let Some(mut edit) = egui::text_edit::TextEditState::load(ui.ctx(), id) {
-            let end = egui::text::CCursor::new(field.text.chars().count());
-            edit.cursor.set_char_range(Some(egui::text::CCursorRange::one(end)));
-            edit.store(ui.ctx(), id);
-        }
+        select(ui, id, usize::MAX, &field.text);
     }
+}
+
+/// Selects the `text` of the field from a character to its end.
+fn select(ui: &Ui, id: egui::Id, from: usize, text: &str) {
+    let mut edit = egui::text_edit::TextEditState::load(ui.ctx(), id).unwrap_or_default();
+    let end = text.chars().count();
+    let [from, end] = [from.min(end), end].map(CCursor::new);
+    edit.cursor.set_char_range(Some(CCursorRange::two(from, end)));
+    edit.store(ui.ctx(), id);
 }
 
 /// The path to open: the chosen entry, else what is typed; `None` where that is empty or a folder, into which the field goes.

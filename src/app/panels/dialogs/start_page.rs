@@ -64,7 +64,7 @@ fn content(ui: &mut Ui, state: &AppState, chosen: &mut Option<Action>) {
     let dim = theme::palette(ui).dim;
     ui.horizontal_wrapped(|ui| {
         let formats = format_names("or");
-        if ui.button("Open a file…").on_hover_text(format!("{formats} (Ctrl+O)")).clicked() {
+        if ui.button("Open a file…").tip(format!("{formats} (Ctrl+O)")).clicked() {
             *chosen = Some(Action::Open);
         }
         ui.label(RichText::new(format!("or drop an {formats} file on the window")).color(dim));

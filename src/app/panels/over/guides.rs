@@ -10,7 +10,7 @@ use crate::app::commands::Action;
 use crate::app::state::lesson::Reading;
 use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
-use crate::app::widgets::{Tip as _, hush, place_of};
+use crate::app::widgets::{Tip as _, hush, note_front, place_of};
 use crate::render::{HeatKind, Shading};
 
 /// Largest width of a card in points.
@@ -37,7 +37,7 @@ const CARDS: [Card; 3] = [
     },
     Card {
         title: "Change the tree",
-        text: "Drag the threshold: the tree is built anew at once, and the numbers at the upper left say whether it became better or worse.",
+        text: "Drag the threshold: the tree is built anew at once, and the numbers at the upper left turn blue where it became better, orange where worse. They may disagree: SAH predicts what rays cost, tests are counted.",
         place: "Threshold",
         in_right_panel: true,
     },
@@ -82,6 +82,7 @@ pub(crate) fn tour(ui: &Ui, rect: Rect, state: &mut AppState) {
         .constrain_to(rect.shrink(4.0))
         .accessible_name("Tour");
     let shown = area.show(ui.ctx(), |ui| content(ui, state, index, card, rect.width() - 2.0 * GAP));
+    note_front(ui.ctx(), shown.response.rect);
     if let Some(place) = place {
         point_at(ui, shown.response.rect, place, card.in_right_panel);
     }
@@ -179,7 +180,8 @@ pub(crate) fn lesson(ui: &Ui, rect: Rect, state: &mut AppState) {
         .constrain_to(rect.shrink(4.0))
         .accessible_name("Lesson");
     let mut next = None;
-    card.show(ui.ctx(), |ui| next = lesson_content(ui, &reading, LESSON_WIDTH.min(width)));
+    let shown = card.show(ui.ctx(), |ui| next = lesson_content(ui, &reading, LESSON_WIDTH.min(width)));
+    note_front(ui.ctx(), shown.response.rect);
     state.layout.lesson = Some(reading);
     if let Some(action) = next {
         action.perform(state);

@@ -9,6 +9,7 @@ use crate::app::commands::{Action, SectionStep};
 use crate::app::state::AppState;
 use crate::app::theme;
 use crate::app::viewport::orbit;
+use crate::app::widgets::Tip as _;
 
 /// Radius of the handle in points.
 const RADIUS: f32 = 8.0;
@@ -63,7 +64,7 @@ pub(crate) fn section(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     let hot = response.hovered() || response.dragged();
     paint(ui, center, along.normalized(), if hot { Color32::WHITE } else { color });
     let tip = format!("Section plane {plane}. Drag to move it, double click to keep the other half");
-    response.on_hover_cursor(CursorIcon::Grab).on_hover_text(tip);
+    response.on_hover_cursor(CursorIcon::Grab).tip(tip);
 }
 
 /// A knob with an arrow to both sides.
@@ -140,6 +141,6 @@ pub(crate) fn gizmo(ui: &mut Ui, rect: Rect, state: &mut AppState) {
         if hot {
             ui.painter().circle_stroke(end, radius + 1.0, Stroke::new(1.5, palette.text));
         }
-        response.on_hover_text(title);
+        response.tip(title);
     }
 }

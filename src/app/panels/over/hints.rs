@@ -4,6 +4,7 @@
 use egui::{self, Align2, Area, CornerRadius, FontId, Frame, Id, Margin, Rect, Stroke, StrokeKind, Ui, vec2};
 
 use crate::app::state::{AppState, Presented};
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::scene::{FileFormat, format_names};
 
@@ -27,7 +28,7 @@ pub(crate) fn nothing_drawn(ui: &mut Ui, rect: Rect, state: &mut AppState) {
         Frame::new().fill(palette.veil).corner_radius(6).inner_margin(Margin::symmetric(10, 6)).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.label(text);
-                let link = ui.link(button).on_hover_text("Change the settings so that containers are drawn");
+                let link = ui.link(button).tip("Change the settings so that containers are drawn");
                 if link.clicked() {
                     match way_out {
                         WayOut::ShowAll => state.selection.show_all(),

@@ -4,11 +4,12 @@ use egui::{self, Align, Align2, Area, CornerRadius, Frame, Layout, Margin, Order
 
 use crate::app::state::{AppState, Message, Navigation, Severity};
 use crate::app::theme;
-use crate::app::widgets::Icon;
-use crate::app::widgets::icon_button;
+use crate::app::widgets::{Icon, Tip as _, icon_button, note_front};
 
 /// Duration of the fade at its end in seconds.
 const FADE_SECS: f32 = 0.4;
+/// Height of the viewport in points below which the greeting would cover the model.
+const GREETING_ROOM: f32 = 240.0;
 /// Maximum number of messages shown at once: the newest.
 const MAX_SHOWN: usize = 4;
 
@@ -24,6 +25,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
         && !flying
         && state.model.presented.is_some()
         && !state.layout.start_page_open
+        && rect.height() >= GREETING_ROOM
     {
         greeting(ui, rect, state);
     }
@@ -34,7 +36,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
     let mut copied = None;
     // Leaves the corner to the axes gizmo.
     let corner = rect.right_bottom() - vec2(12.0, 108.0);
-    Area::new(egui::Id::unique("messages"))
+    let shown = Area::new(egui::Id::unique("messages"))
         // Below menus, which are read at the same time, and below dialogs that open later.
         .order(Order::Middle)
         .pivot(Align2::RIGHT_BOTTOM)
@@ -52,6 +54,7 @@ pub(crate) fn show(ui: &Ui, rect: Rect, state: &mut AppState) {
                 }
             }
         });
+    note_front(ui.ctx(), shown.response.rect);
     if let Some(text) = copied {
         state.copy(text, "");
     }
@@ -92,7 +95,7 @@ fn toast(ui: &mut Ui, index: usize, message: &Message) -> Option<Pressed> {
             ] {
                 let (rect, _) = ui.allocate_exact_size(vec2(20.0, 20.0), egui::Sense::hover());
                 let response = ui.push_id(index, |ui| icon_button(ui, rect, icon, name)).inner;
-                if response.on_hover_text(tip).clicked() {
+                if response.tip(tip).clicked() {
                     pressed = Some(what);
                 }
             }
@@ -147,11 +150,11 @@ fn greeting(ui: &Ui, rect: Rect, state: &mut AppState) {
 fn greeting_buttons(ui: &mut Ui, state: &mut AppState) {
     let text = egui::RichText::new("Got it").color(ui.visuals().selection.stroke.color);
     let button = egui::Button::new(text).fill(ui.visuals().selection.bg_fill);
-    if ui.add(button).on_hover_text("Do not show this line again").clicked() {
+    if ui.add(button).tip("Do not show this line again").clicked() {
         state.preferences.greeted = true;
     }
     let tip = "Built-in scenes, recent files and the file dialog (Ctrl+N)";
-    if ui.button("Open a model…").on_hover_text(tip).clicked() {
+    if ui.button("Open a model…").tip(tip).clicked() {
         state.layout.start_page_open = true;
     }
 }

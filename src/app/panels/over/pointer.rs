@@ -5,6 +5,7 @@ use egui::{self, Button, CornerRadius, FontId, Id, Popup, PopupAnchor, Pos2, Rec
 
 use crate::app::commands::{Action, entries};
 use crate::app::state::{AppState, CompareView, Navigation};
+use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::render::Shading;
 
@@ -114,7 +115,7 @@ pub(crate) fn node_menu(ui: &mut Ui, rect: Rect, state: &mut AppState) {
 fn item(ui: &mut Ui, state: &mut AppState, action: Action, label: &str) {
     let Some(entry) = entries().iter().find(|entry| entry.action == action) else { return };
     let button = Button::selectable(false, label).shortcut_text(entry.first_key());
-    let response = ui.add_enabled(action.is_enabled(state), button).on_hover_text(&entry.description);
+    let response = ui.add_enabled(action.is_enabled(state), button).tip(&entry.description);
     if response.clicked() {
         action.perform(state);
         state.layout.node_menu = None;

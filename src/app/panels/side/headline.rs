@@ -13,9 +13,7 @@ use crate::app::{format, theme};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY};
 use crate::catalog::reading::Times;
-use crate::catalog::settings::short_name;
 use crate::catalog::terms::{self, Term};
-use crate::lab::file_and_builder;
 
 /// Height of a tile in points.
 const TILE_HEIGHT: f32 = 52.0;
@@ -68,10 +66,10 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
         None => "No tree yet".to_owned(),
         Some(_) if stale && jobs.load.is_some() => "Of the model before the one that loads".to_owned(),
         Some(_) if stale => "Of the tree before".to_owned(),
-        Some(shown) => tree_name(shown),
+        Some(shown) => shown.name(),
     };
     let color = if stale { palette.warning } else { palette.dim };
-    let second = state.model.second.as_ref().map(tree_name);
+    let second = state.model.second.as_ref().map(Presented::name);
     let text = if second.is_some() { format!("A: {text}") } else { text };
     let label = ui.add(egui::Label::new(egui::RichText::new(text).small().color(color)).wrap());
     if let Some(second) = second {
@@ -84,13 +82,6 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
         "The tree that picture and numbers are of"
     });
     stale
-}
-
-/// The settings of a tree, or its file and builder.
-fn tree_name(shown: &Presented) -> String {
-    let Some(file) = &shown.accel.file else { return short_name(&shown.accel.settings) };
-    let containers = shown.accel.tree.container_kind().plural();
-    format!("{}, {containers}", file_and_builder(&file.path, &file.builder()))
 }
 
 /// The time of a whole build, of which the number is the median, or of the only one; `None` where it is not known.
@@ -150,7 +141,8 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
     let tests = shown.and_then(|shown| shown.accel.entering()).map(|counts| counts.tests);
-    let speed = shown.map(|_| format::significant(state.mrays_per_s()));
+    // Zero before the first picture.
+    let speed = shown.map(|_| state.mrays_per_s()).filter(|speed| *speed > 0.0).map(format::significant);
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();
     let of_second = |quantity: &'static Number| {

@@ -5,7 +5,7 @@ use egui::{self, Ui};
 use crate::app::commands::{Action, SectionStep, shading_description};
 use crate::app::panels::side::histogram;
 use crate::app::state::AppState;
-use crate::app::widgets::{DropDown, Header, SliderSpec, row, section, slider};
+use crate::app::widgets::{DropDown, Header, SliderSpec, Tip as _, row, section, slider};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, RenderSettings, Shading};
 use bvhscope_engine::tree::traverse::Traversal;
 
@@ -195,7 +195,7 @@ pub(crate) fn section_plane(ui: &mut Ui, state: &mut AppState) {
 fn choices(ui: &mut Ui, state: &mut AppState) {
     ui.spacing_mut().item_spacing.x = 4.0;
     let off = state.wanted.render.section.is_none();
-    if ui.selectable_label(off, "Off").on_hover_text("Show the whole model").clicked() {
+    if ui.selectable_label(off, "Off").tip("Show the whole model").clicked() {
         state.wanted.render.section = None;
     }
     for (step, label, tip) in [
@@ -205,7 +205,7 @@ fn choices(ui: &mut Ui, state: &mut AppState) {
         (SectionStep::Facing, "Facing", "Cut parallel to the picture as it is now"),
     ] {
         let action = Action::Section(step);
-        if ui.selectable_label(action.is_on(state) == Some(true), label).on_hover_text(tip).clicked() {
+        if ui.selectable_label(action.is_on(state) == Some(true), label).tip(tip).clicked() {
             action.perform(state);
         }
     }
@@ -237,7 +237,7 @@ fn position(ui: &mut Ui, state: &mut AppState) {
             ] {
                 let action = Action::Section(step);
                 let button = ui.add_enabled(action.is_enabled(state), egui::Button::new(label));
-                if button.on_hover_text(tip).clicked() {
+                if button.tip(tip).clicked() {
                     action.perform(state);
                 }
             }

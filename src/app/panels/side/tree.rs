@@ -156,7 +156,7 @@ fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice
                 let refusal = refusal(state, |build| set(build, index));
                 let button = RadioButton::new(get(state.edited_build()) == Some(index), option.label);
                 let response = ui.add_enabled(refusal.is_none(), button);
-                let response = response.on_disabled_hover_text(refusal.unwrap_or_default());
+                let response = response.disabled_tip(refusal.unwrap_or_default());
                 if response.clicked() {
                     set(state.edited_build_mut(), index);
                 }
@@ -175,7 +175,7 @@ fn checks(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
                 let mut on = get(build, index);
                 let refused = refusal(build, index);
                 let response = ui.add_enabled(refused.is_none(), Checkbox::new(&mut on, option.label));
-                let response = response.on_hover_text(&option.tip).on_disabled_hover_text(refused.unwrap_or_default());
+                let response = response.tip(&option.tip).disabled_tip(refused.unwrap_or_default());
                 if response.changed() {
                     set(build, index, on);
                 }

@@ -103,7 +103,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy) {
             state.copy(tsv(&history.levels, &reduction), "Levels copied");
         }
         let label = ui.add(Label::new(RichText::new(text).color(palette.dim)).truncate());
-        label.on_hover_text(tip);
+        label.tip(tip);
     });
 }
 
@@ -183,7 +183,7 @@ fn handle(
         steps = pressed(Key::ArrowRight) + pressed(Key::ArrowUp) - pressed(Key::ArrowLeft) - pressed(Key::ArrowDown);
     }
     let dragged = response.interact_pointer_pos().filter(|_| response.dragged());
-    response.on_hover_cursor(cursor).on_hover_text(tip);
+    response.on_hover_cursor(cursor).tip(tip);
     (dragged, steps)
 }
 

@@ -218,9 +218,8 @@ pub(super) const HEIGHT: f32 = theme::ROW_HEIGHT;
 pub(super) fn status(ui: &mut Ui, state: &AppState, study: &MergeStudy) {
     let text = RichText::new(present(state, study)).color(theme::palette(ui).text);
     ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
-        ui.add(Label::new(text).truncate()).on_hover_text(
-            "The merge at the cursor: its number, what it makes, and the call of the recursion that did it",
-        );
+        ui.add(Label::new(text).truncate())
+            .tip("The merge at the cursor: its number, what it makes, and the call of the recursion that did it");
     });
 }
 

@@ -42,13 +42,14 @@ pub(super) fn show(ui: &mut Ui, view: &MotionView, state: &mut AppState, curves:
         return;
     };
     let (quantity, rays) = (view.quantity, view.rays);
+    let start = state.clip().map_or(0.0, |(_, clip)| clip.start);
+    let seconds = |row: &MotionRow| since_start(row, start);
     let values = |curve: &PolicyCurve| -> Vec<[f64; 2]> {
-        let point = |row: &MotionRow| Some([f64::from(row.seconds), quantity.of(row, rays)?]);
+        let point = |row: &MotionRow| Some([seconds(row), quantity.of(row, rays)?]);
         curve.rows.iter().filter_map(point).collect()
     };
     let points: Vec<Vec<[f64; 2]>> = drawn.iter().map(|curve| values(curve)).collect();
     let all = || points.iter().flatten();
-    let seconds = |row: &MotionRow| f64::from(row.seconds);
     let across = match &first.rows[..] {
         // No longer than the clip, as the band of cheapest policies.
         [start, .., end] if start.seconds < end.seconds => {
@@ -76,17 +77,22 @@ pub(super) fn show(ui: &mut Ui, view: &MotionView, state: &mut AppState, curves:
         if response.clicked() {
             go_to(state, row);
         }
-        let tip = text_of(row, quantity, rays);
+        let tip = text_of(row, quantity, rays, start);
         response.on_hover_cursor(CursorIcon::PointingHand).on_hover_text_at_pointer(tip);
     }
     band(ui, state, &axes, &drawn, rays);
-    findings(ui, rays, &drawn);
+    findings(ui, rays, &drawn, start);
+}
+
+/// Seconds since the clip's first key, as the time strip counts them; `start` is that key's time.
+fn since_start(row: &MotionRow, start: f32) -> f64 {
+    f64::from(row.seconds - start)
 }
 
 /// A line at the moment that is shown.
 fn now(ui: &Ui, state: &AppState, axes: &Axes, rect: Rect) {
-    let Some((moment, _)) = state.clip() else { return };
-    let x = axes.at([f64::from(moment.seconds), 1.0]).x;
+    let Some((moment, clip)) = state.clip() else { return };
+    let x = axes.at([f64::from(moment.seconds - clip.start), 1.0]).x;
     if axes.plot.x_range().contains(x) {
         let warm = theme::palette(ui).warm.gamma_multiply(0.7);
         ui.painter().with_clip_rect(rect).vline(x, axes.plot.y_range(), Stroke::new(1.0, warm));
@@ -127,13 +133,13 @@ fn go_to(state: &mut AppState, row: &MotionRow) {
 }
 
 /// A tree in a frame as text: "Refit, frame 12 (0.48 s): SAH cost 23.4".
-fn text_of(row: &MotionRow, quantity: MotionQuantity, rays: f64) -> String {
+fn text_of(row: &MotionRow, quantity: MotionQuantity, rays: f64, start: f32) -> String {
     let value = quantity.of(row, rays).map_or_else(|| "–".to_owned(), format::significant);
     format!(
         "{}, frame {} ({:.2} s): {} {value}\nClick to see this frame with a tree by this policy",
         row.policy.label(),
         row.frame,
-        row.seconds,
+        since_start(row, start),
         quantity.label(),
     )
 }
@@ -144,7 +150,8 @@ fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve], 
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAND), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Cheapest policy of each frame"));
     let rows = &drawn[0].rows;
-    let x = |row: &MotionRow| axes.at([f64::from(row.seconds), 1.0]).x;
+    let start = state.clip().map_or(0.0, |(_, clip)| clip.start);
+    let x = |row: &MotionRow| axes.at([since_start(row, start), 1.0]).x;
     let edge = |frame: usize| match (frame.checked_sub(1).and_then(|before| rows.get(before)), rows.get(frame)) {
         (None, _) => axes.plot.left(),
         (Some(before), Some(row)) => (x(before) + x(row)) * 0.5,
@@ -157,7 +164,7 @@ fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve], 
     let Some(at) = response.hover_pos() else { return };
     let frame = (0..best.len()).find(|&frame| (edge(frame)..edge(frame + 1)).contains(&at.x));
     if let Some(row) = frame.map(|frame| &drawn[best[frame]].rows[frame]) {
-        let tip = text_of(row, MotionQuantity::Frame, rays);
+        let tip = text_of(row, MotionQuantity::Frame, rays, start);
         if response.clicked() {
             go_to(state, row);
         }
@@ -171,7 +178,7 @@ fn costs(drawn: &[&PolicyCurve]) -> Vec<Vec<FrameCost>> {
 }
 
 /// In how many frames each policy is the cheapest, and when rebuilding pays.
-fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve]) {
+fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve], start: f32) {
     let costs = costs(drawn);
     let best = cheapest(&costs, rays);
     let counted = drawn.iter().enumerate().filter_map(|(index, curve)| {
@@ -183,7 +190,7 @@ fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve]) {
     let pays = of(Policy::Refit).zip(of(Policy::Rebuild)).map(|(refit, rebuild)| pays_from(refit, rebuild, rays));
     let pays = match pays {
         Some(Some(frame)) => {
-            let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| row.seconds);
+            let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| since_start(row, start));
             format!(". Rebuilding pays over refitting from frame {frame} on, at {seconds:.2} s")
         }
         Some(None) => ". Rebuilding never pays over refitting".to_owned(),

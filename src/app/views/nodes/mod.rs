@@ -12,7 +12,7 @@ use crate::app::state::{AppState, Presented};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::parts::{self, Cell};
 use crate::app::views::{Needs, View};
-use crate::app::widgets::{Icon, icon_button};
+use crate::app::widgets::{Icon, Tip as _, icon_button};
 use crate::app::{format, theme};
 use crate::lab::node_ranking::rank_nodes;
 use crate::lab::node_values::NodeValues;
@@ -113,12 +113,12 @@ fn heading(ui: &mut Ui) {
     let palette = theme::palette(ui);
     let text = |text: &str| RichText::new(text).color(palette.dim);
     ui.horizontal(|ui| {
-        ui.label(text("Outline")).on_hover_text("The tree, node by node. Alt+arrows walk from the selected node");
+        ui.label(text("Outline")).tip("The tree, node by node. Alt+arrows walk from the selected node");
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.add_space(16.0);
-            ui.label(text("area")).on_hover_text("Surface area relative to the root's");
+            ui.label(text("area")).tip("Surface area relative to the root's");
             ui.add_space(24.0);
-            ui.label(text("triangles")).on_hover_text("Triangles below the node");
+            ui.label(text("triangles")).tip("Triangles below the node");
         });
     });
 }

@@ -56,7 +56,7 @@ fn experiments(ui: &mut Ui, state: &mut AppState) {
 /// The button that starts or cancels the measurement.
 fn run(ui: &mut Ui, state: &mut AppState) {
     if state.activity.measure.is_some() {
-        if ui.button("Cancel measuring").on_hover_text("Stop and keep the finished rows (Esc)").clicked() {
+        if ui.button("Cancel measuring").tip("Stop and keep the finished rows (Esc)").clicked() {
             state.activity.requests.push(Request::CancelMeasuring);
         }
         return;
@@ -64,7 +64,7 @@ fn run(ui: &mut Ui, state: &mut AppState) {
     let label = RichText::new("Measure").color(ui.visuals().selection.stroke.color);
     let button = Button::new(label).fill(ui.visuals().selection.bg_fill);
     let tip = "Measure the open model as set below, in the background";
-    if ui.add_enabled(state.model.loaded.is_some(), button).on_hover_text(tip).clicked() {
+    if ui.add_enabled(state.model.loaded.is_some(), button).tip(tip).clicked() {
         state.activity.requests.push(Request::Measure);
     }
 }
@@ -89,7 +89,7 @@ fn output(ui: &mut Ui, state: &mut AppState) {
             RowFormat::Png => "plot as a picture",
             RowFormat::Svg => "plot as vectors",
         };
-        if button.on_hover_text(format!("Save the {what} in the current folder")).clicked() {
+        if button.tip(format!("Save the {what} in the current folder")).clicked() {
             state.activity.requests.push(Request::SaveRows(format));
         }
     }
@@ -100,7 +100,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     let plan = &mut state.preferences.paper;
     for kind in ContainerKind::ALL {
         let mut on = plan.containers.contains(&kind);
-        let response = ui.checkbox(&mut on, kind.label()).on_hover_text("Container of the measured trees");
+        let response = ui.checkbox(&mut on, kind.label()).tip("Container of the measured trees");
         response.widget_info(|| {
             WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure {}", kind.label().to_lowercase()))
         });
@@ -119,7 +119,7 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
         Experiment::Thresholds => thresholds(ui, plan),
         Experiment::Tables => {
             let tip = "Also test every triangle with a sample of the rays; the table names their number";
-            ui.checkbox(&mut plan.no_bvh, "No BVH").on_hover_text(tip);
+            ui.checkbox(&mut plan.no_bvh, "No BVH").tip(tip);
         }
         Experiment::Threads | Experiment::Builders => {}
     }
@@ -157,7 +157,7 @@ fn thresholds(ui: &mut Ui, plan: &mut PaperPlan) {
         let response = ui.add(Button::new(value.to_string()).selected(on));
         response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, on, format!("Measure {symbol} {value}")));
         let tip = format!("Curves for this {symbol}. {}", PaperPlan::CURVES.tip);
-        if response.on_hover_text(tip).clicked() {
+        if response.tip(tip).clicked() {
             plan.toggle_curve(value);
         }
     }
@@ -178,7 +178,7 @@ fn number<T: egui::emath::Numeric>(
     value: &mut T,
     range: std::ops::RangeInclusive<T>,
 ) {
-    ui.label(RichText::new(name).color(theme::palette(ui).dim)).on_hover_text(tip);
+    ui.label(RichText::new(name).color(theme::palette(ui).dim)).tip(tip);
     let current = value.to_f64();
     let response = ui.add_sized(vec2(36.0, theme::ROW_HEIGHT), DragValue::new(value).range(range).speed(0.1));
     response.widget_info(|| {
@@ -186,5 +186,5 @@ fn number<T: egui::emath::Numeric>(
         info.label = Some(format!("Measured {}", name.to_lowercase()));
         info
     });
-    response.on_hover_text(tip);
+    response.tip(tip);
 }
