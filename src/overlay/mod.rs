@@ -5,6 +5,7 @@
 //! triangles would be 139 MB for each of the many trees a second that a dragged threshold builds. Choosing the nodes of such a
 //! tree takes up to 10 ms, and 40 ms for the leaves of all depths.
 
+mod container_set;
 mod level;
 mod node;
 mod selection;
@@ -38,6 +39,7 @@ mod pipeline;
 #[cfg(feature = "gui")]
 mod offscreen;
 
+pub use container_set::ContainerSet;
 pub use highlight::highlighted;
 #[cfg(feature = "gui")]
 pub use input::{DrawInput, PictureInput};
@@ -52,7 +54,7 @@ pub use picture::{step_within, thinned};
 pub use pipeline::OverlayPipeline;
 pub use ramp::{Legend, legend, ramp};
 pub use selection::Selection;
-pub use settings::{ColorBy, OverlayKinds, OverlaySettings};
+pub use settings::{ColorBy, OverlaySettings};
 #[cfg(feature = "gui")]
 pub use shaders::sources as shader_sources;
 pub use tint::tinted;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bvhscope_engine::tree::ContainerKind;
 
+use crate::overlay::container_set::ContainerSet;
 use crate::overlay::gpu::{Pipelines, bind_group, bind_group_layout};
 use crate::overlay::highlight::highlighted;
 use crate::overlay::input::DrawInput;
@@ -58,8 +59,8 @@ pub struct OverlayPipeline {
     overlap: Instances,
     overlap_faces: usize,
     /// For the shown and for the highlighted nodes the kinds of containers that are drawn.
-    shown_kinds: [bool; 4],
-    marked_kinds: [bool; 4],
+    shown_kinds: ContainerSet,
+    marked_kinds: ContainerSet,
     /// Circles drawn of each shown sphere: 1 for the outline alone, 4 with three great circles.
     shown_circles: u32,
     circle_segments: u32,
@@ -117,8 +118,8 @@ impl OverlayPipeline {
             marked: Instances::default(),
             overlap: Instances::default(),
             overlap_faces: 0,
-            shown_kinds: [false; 4],
-            marked_kinds: [false; 4],
+            shown_kinds: ContainerSet::NONE,
+            marked_kinds: ContainerSet::NONE,
             shown_circles: 4,
             circle_segments: 64,
             faces: false,
@@ -173,11 +174,9 @@ impl OverlayPipeline {
             let Some(buffer) = instances.buffer.as_ref().filter(|_| !range.is_empty()) else { continue };
             pass.set_vertex_buffer(0, buffer.slice(..));
             let pieces = [BOX_EDGES, circles * self.circle_segments, DOP_EDGES, BOX_EDGES];
-            for ((drawn, pipeline), pieces) in kinds.into_iter().zip(&self.line_pipelines).zip(pieces) {
-                if drawn {
-                    pass.set_pipeline(pipeline);
-                    pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, range.clone());
-                }
+            for kind in kinds.iter().map(|kind| kind as usize) {
+                pass.set_pipeline(&self.line_pipelines[kind]);
+                pass.draw_indexed(0..pieces[kind] * QUAD.len() as u32, 0, range.clone());
             }
         }
     }
@@ -187,11 +186,9 @@ impl OverlayPipeline {
         let Some(buffer) = self.shown.buffer.as_ref().filter(|_| self.outlined > 0) else { return };
         pass.set_vertex_buffer(0, buffer.slice(..));
         let pieces = self.face_pieces();
-        for ((pipeline, drawn), pieces) in self.face_pipelines.iter().zip(self.shown_kinds).zip(pieces) {
-            if drawn {
-                pass.set_pipeline(pipeline);
-                pass.draw_indexed(0..pieces * QUAD.len() as u32, 0, 0..self.outlined);
-            }
+        for kind in self.shown_kinds.iter().map(|kind| kind as usize) {
+            pass.set_pipeline(&self.face_pipelines[kind]);
+            pass.draw_indexed(0..pieces[kind] * QUAD.len() as u32, 0, 0..self.outlined);
         }
     }
 
@@ -218,8 +215,8 @@ impl OverlayPipeline {
     ) {
         self.shown_kinds = input.settings.kinds(table.container_kind());
         self.faces = input.settings.faces;
-        let own = ContainerKind::WITH_ORIENTED.map(|kind| kind == table.container_kind());
-        self.marked_kinds = if self.shown_kinds == [false; 4] { own } else { self.shown_kinds };
+        let own = ContainerSet::of(table.container_kind());
+        self.marked_kinds = if self.shown_kinds.is_empty() { own } else { self.shown_kinds };
         // Settings that only the uniforms read must not trigger a new list of instances.
         let settings =
             OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, faces: false, overlap: false, ..input.settings }
@@ -241,7 +238,7 @@ impl OverlayPipeline {
             ContainerKind::Oriented => self.face_pipelines.len() - 1,
             own => own as usize,
         };
-        if self.shown_kinds == [false; 4] {
+        if self.shown_kinds.is_empty() {
             (self.shown.count, self.outlined, self.key) = (0, 0, None);
             return;
         }

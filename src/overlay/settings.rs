@@ -3,6 +3,8 @@
 use bvhscope_engine::tree::ContainerKind;
 use serde::{Deserialize, Serialize};
 
+use super::container_set::ContainerSet;
+
 /// The quantity that the colour of a container encodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -71,88 +73,16 @@ impl ColorBy {
     }
 }
 
-/// Which kinds of containers are drawn over the picture, as one choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OverlayKinds {
-    /// Boxes.
-    Box,
-    /// Spheres.
-    Sphere,
-    /// Polytopes.
-    Dop,
-    /// Boxes and spheres.
-    Both,
-    /// Boxes and polytopes.
-    BoxDop,
-    /// Spheres and polytopes.
-    SphereDop,
-    /// Boxes, spheres and polytopes.
-    All,
-    /// Oriented boxes.
-    Oriented,
-    /// Plain boxes and oriented ones.
-    BoxOriented,
-    /// None; highlighted nodes are still drawn.
-    None,
-}
-
-impl OverlayKinds {
-    /// All choices.
-    pub const ALL: [Self; 10] = [
-        Self::Box,
-        Self::Sphere,
-        Self::Dop,
-        Self::Both,
-        Self::BoxDop,
-        Self::SphereDop,
-        Self::All,
-        Self::Oriented,
-        Self::BoxOriented,
-        Self::None,
-    ];
-
-    /// The name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Box => "box",
-            Self::Sphere => "sphere",
-            Self::Dop => "dop",
-            Self::Both => "both",
-            Self::BoxDop => "box-dop",
-            Self::SphereDop => "sphere-dop",
-            Self::All => "all",
-            Self::Oriented => "oriented",
-            Self::BoxOriented => "box-oriented",
-            Self::None => "none",
-        }
-    }
-
-    /// True for each of [`ContainerKind::WITH_ORIENTED`] that is drawn.
-    pub const fn shown(self) -> [bool; 4] {
-        [
-            matches!(self, Self::Box | Self::Both | Self::BoxDop | Self::All | Self::BoxOriented),
-            matches!(self, Self::Sphere | Self::Both | Self::SphereDop | Self::All),
-            matches!(self, Self::Dop | Self::BoxDop | Self::SphereDop | Self::All),
-            matches!(self, Self::Oriented | Self::BoxOriented),
-        ]
-    }
-}
-
 /// Which containers are drawn, and how. Fields that a saved file lacks have their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a check box of its own")]
 pub struct OverlaySettings {
-    /// Draws the kind of container that the tree is made of, whatever the next four say.
+    /// Draws the kind of container that the tree is made of, whatever `containers` says.
     pub follows_tree: bool,
-    /// Draws boxes.
-    pub show_boxes: bool,
-    /// Draws spheres.
-    pub show_spheres: bool,
-    /// Draws polytopes.
-    pub show_dops: bool,
-    /// Draws oriented boxes; plain ones of a tree that has none.
-    pub show_oriented: bool,
+    /// The kinds of containers that are drawn; oriented boxes of a tree that has none are plain ones.
+    #[serde(flatten)]
+    pub containers: ContainerSet,
     /// First and last depth drawn, root 0, as the user chose them; clamped to the tree only where it is drawn. `None` for the
     /// range that suits the tree, see [`NodeTable::automatic_depths`](super::NodeTable::automatic_depths).
     pub depth: Option<[u32; 2]>,
@@ -180,10 +110,7 @@ impl Default for OverlaySettings {
     fn default() -> Self {
         Self {
             follows_tree: true,
-            show_boxes: true,
-            show_spheres: false,
-            show_dops: false,
-            show_oriented: false,
+            containers: ContainerSet::of(ContainerKind::Aabb),
             depth: None,
             leaves_only: false,
             parents: false,
@@ -214,19 +141,15 @@ impl OverlaySettings {
         self.leaves_only && self.depth.is_none()
     }
 
-    /// For a tree of `kind`: true for each of [`ContainerKind::WITH_ORIENTED`] that is drawn.
-    pub fn kinds(&self, kind: ContainerKind) -> [bool; 4] {
-        if self.follows_tree {
-            ContainerKind::WITH_ORIENTED.map(|own| own == kind)
-        } else {
-            [self.show_boxes, self.show_spheres, self.show_dops, self.show_oriented]
-        }
+    /// The kinds that are drawn of a tree of `kind`.
+    pub const fn kinds(&self, kind: ContainerKind) -> ContainerSet {
+        if self.follows_tree { ContainerSet::of(kind) } else { self.containers }
     }
 
-    /// These settings with the kinds that are drawn chosen by hand, in the order of [`ContainerKind::WITH_ORIENTED`].
+    /// These settings with the kinds that are drawn chosen by hand.
     #[must_use]
-    pub const fn with_kinds(self, [show_boxes, show_spheres, show_dops, show_oriented]: [bool; 4]) -> Self {
-        Self { follows_tree: false, show_boxes, show_spheres, show_dops, show_oriented, ..self }
+    pub const fn with_kinds(self, containers: ContainerSet) -> Self {
+        Self { follows_tree: false, containers, ..self }
     }
 
     /// These settings with the kinds that are drawn of a tree of `kind` spelt out.
@@ -248,22 +171,17 @@ mod tests {
         let settings: OverlaySettings = serde_json::from_str(old).unwrap();
         assert_eq!((settings.depth, settings.budget), (Some([2, 5]), Some(123)));
         assert_eq!((settings.leaves_only, settings.color_by, settings.follows_tree), (true, ColorBy::Size, true));
+        assert_eq!(settings.containers, ContainerSet::of(ContainerKind::Sphere));
+        let settings: OverlaySettings = serde_json::from_str(r#"{"follows_tree":false,"show_dops":true}"#).unwrap();
+        assert_eq!(settings.containers, ContainerSet::of(ContainerKind::Aabb).with(ContainerKind::Dop14));
     }
 
     #[test]
     fn the_kind_follows_the_tree_until_it_is_chosen() {
         let mut settings = OverlaySettings::default();
-        let each = [0, 1, 2, 3].map(|own| [0, 1, 2, 3].map(|kind| kind == own));
-        assert_eq!(ContainerKind::WITH_ORIENTED.map(|kind| settings.kinds(kind)), each);
+        let kinds = |settings: OverlaySettings| ContainerKind::WITH_ORIENTED.map(|kind| settings.kinds(kind));
+        assert_eq!(kinds(settings), ContainerKind::WITH_ORIENTED.map(ContainerSet::of));
         settings.follows_tree = false;
-        assert_eq!(ContainerKind::WITH_ORIENTED.map(|kind| settings.kinds(kind)), [each[0]; 4]);
-    }
-
-    #[test]
-    fn every_choice_of_kinds_has_a_name() {
-        for choice in 0..8 {
-            let kinds = [0, 1, 2, 3].map(|bit| choice >> bit & 1 == 1);
-            assert_eq!(OverlayKinds::ALL.iter().filter(|named| named.shown() == kinds).count(), 1, "{kinds:?}");
-        }
+        assert_eq!(kinds(settings), [ContainerSet::of(ContainerKind::Aabb); 4]);
     }
 }

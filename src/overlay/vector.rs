@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::container_set::ContainerSet;
 use super::highlight::highlighted;
 use super::level::{HIDDEN_SILHOUETTE, level_color, level_width, strength};
 use super::node::{OverlayNode, Role};
@@ -79,8 +80,9 @@ pub fn vector_lines(input: &VectorInput<'_>, token: &CancelToken) -> Result<Vec<
     // Dots are left out.
     for (node, role) in shown.take(input.shown.outlined).chain(marked) {
         token.check()?;
-        let kinds =
-            if role == Role::Shown { input.settings.kinds(input.table.container_kind()) } else { own_kind(input) };
+        let own = input.table.container_kind();
+        // Highlighted nodes are drawn as the containers of the tree.
+        let kinds = if role == Role::Shown { input.settings.kinds(own) } else { ContainerSet::of(own) };
         for (kind, curves) in outlines(&node, kinds, &projector) {
             projector.add(node.node, &stroke(&node, role, kind, input, &projector), &curves, &mut all);
         }
@@ -88,38 +90,30 @@ pub fn vector_lines(input: &VectorInput<'_>, token: &CancelToken) -> Result<Vec<
     Ok(all)
 }
 
-/// Highlighted nodes are drawn as the containers of the tree.
-fn own_kind(input: &VectorInput<'_>) -> [bool; 4] {
-    ContainerKind::WITH_ORIENTED.map(|kind| kind == input.table.container_kind())
-}
-
 /// The outline of a node as each of the kinds that are drawn: polylines in world space.
 fn outlines(
     node: &OverlayNode,
-    [boxes, spheres, dops, oriented]: [bool; 4],
+    kinds: ContainerSet,
     projector: &Projector<'_>,
 ) -> Vec<(ContainerKind, Vec<Vec<Vec3>>)> {
-    let mut outlines = Vec::new();
-    if boxes {
-        outlines.push((ContainerKind::Aabb, edges(&bounds(node)).map(Vec::from).into()));
-    }
-    if spheres {
-        let silhouette = projector.silhouette(node.sphere_center.into(), node.sphere_radius);
-        outlines.push((ContainerKind::Sphere, silhouette.into_iter().collect()));
-    }
-    if dops {
-        let dop = Dop14 { bounds: bounds(node), low: node.low, high: node.high };
-        outlines.push((ContainerKind::Dop14, dop.edges().into_iter().map(Vec::from).collect()));
-    }
-    if oriented {
-        let corner = |at: usize| {
-            let along = node.edges.iter().enumerate().filter(|(edge, _)| at >> edge & 1 == 1);
-            along.fold(Vec3::from(node.corner), |corner, (_, edge)| corner + Vec3::from(*edge))
-        };
-        let edges = OrientedBox::EDGES.map(|ends| ends.map(corner).to_vec());
-        outlines.push((ContainerKind::Oriented, edges.into()));
-    }
-    outlines
+    let outline = |kind| match kind {
+        ContainerKind::Aabb => edges(&bounds(node)).map(Vec::from).into(),
+        ContainerKind::Sphere => {
+            projector.silhouette(node.sphere_center.into(), node.sphere_radius).into_iter().collect()
+        }
+        ContainerKind::Dop14 => {
+            let dop = Dop14 { bounds: bounds(node), low: node.low, high: node.high };
+            dop.edges().into_iter().map(Vec::from).collect()
+        }
+        ContainerKind::Oriented => {
+            let corner = |at: usize| {
+                let along = node.edges.iter().enumerate().filter(|(edge, _)| at >> edge & 1 == 1);
+                along.fold(Vec3::from(node.corner), |corner, (_, edge)| corner + Vec3::from(*edge))
+            };
+            OrientedBox::EDGES.map(|ends| ends.map(corner).to_vec()).into()
+        }
+    };
+    kinds.iter().map(|kind| (kind, outline(kind))).collect()
 }
 
 fn bounds(node: &OverlayNode) -> Aabb {

@@ -234,7 +234,7 @@ fn derived_data() {
         let table = |accel: &Arc<Accel>| NodeTable::new(accel);
         let name = format!("containers of the kind other than {}", container.name());
         growing.check(&name, [&accels[0], &accels[1]], table, |table, token| {
-            table.complete([true; 4], token).unwrap();
+            table.complete(ContainerKind::WITH_ORIENTED.into_iter().collect(), token).unwrap();
             table
         });
     }

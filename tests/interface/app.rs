@@ -7,6 +7,7 @@ use bvhscope::app::state::{PickedTriangle, Request, Severity};
 use bvhscope::catalog::numbers::rows::{HITS, SAH_COST, TESTS_PER_RAY};
 use bvhscope::lab::Subject;
 use bvhscope::lab::report_table::number;
+use bvhscope::overlay::ContainerSet;
 use bvhscope::render::{RenderSettings, Shading};
 use bvhscope::scene::{LoadOptions, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
@@ -186,12 +187,12 @@ fn the_drawn_containers_follow_the_tree_until_chosen() {
     let mut harness = app();
     Action::Container(ContainerKind::Sphere).perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    assert_eq!(harness.state().state.drawn_kinds(), [false, true, false, false]);
+    assert_eq!(harness.state().state.drawn_kinds(), ContainerSet::of(ContainerKind::Sphere));
     harness.get_by_label("Boxes").click();
     harness.run_steps(2);
     Action::Container(ContainerKind::Aabb).perform(&mut harness.state_mut().state);
     settle(&mut harness);
-    assert_eq!(harness.state().state.drawn_kinds(), [true, true, false, false], "as chosen by hand");
+    assert_eq!(harness.state().state.drawn_kinds(), ContainerKind::OF_PAPER.into_iter().collect(), "as chosen by hand");
 }
 
 #[test]

@@ -11,6 +11,7 @@ use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::SceneSource;
 use bvhscope_engine::settings::BuilderKind;
+use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
@@ -245,7 +246,7 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     state.wanted.overlay = OverlaySettings {
         depth: Some([2, 4]),
         follows_tree: false,
-        show_spheres: true,
+        containers: ContainerKind::OF_PAPER.into_iter().collect(),
         hidden_alpha: 0.6,
         line_width: 2.0,
         budget: Some(9),

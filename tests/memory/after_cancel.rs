@@ -76,7 +76,10 @@ fn cancelled_jobs_free_their_memory() {
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     gives_all_back("list of nodes", &pool, |token| {
         let table = NodeTable::new(&accel);
-        table.list(None, token).and_then(|()| table.complete([true; 4], token)).is_err()
+        table
+            .list(None, token)
+            .and_then(|()| table.complete(ContainerKind::WITH_ORIENTED.into_iter().collect(), token))
+            .is_err()
     });
 
     let camera = Camera::framing(&scene.bounds, scene.up);

@@ -166,8 +166,8 @@ fn the_other_container_holds_the_same_triangles() {
 #[test]
 fn an_instance_describes_its_node() {
     let table = table::<Aabb>(row(8));
-    let by_primitives =
-        OverlaySettings { color_by: ColorBy::Primitives, follows_tree: false, show_spheres: true, ..settings(0, 9) };
+    let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, ..settings(0, 9) }
+        .with_kinds(ContainerKind::OF_PAPER.into_iter().collect());
     let root = table.instance(0, 0, &by_primitives);
     assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.value), (0, 8, 0, 1.0, 0.0));
     assert!(root.sphere_radius > 7.0);

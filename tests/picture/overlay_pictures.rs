@@ -5,11 +5,12 @@ use std::sync::Arc;
 use crate::overlays::{cube_triangle, even_row, row, settings, table};
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::overlay::{
-    DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, Shown, Viewpoint, draw_offscreen,
-    legend,
+    ContainerSet, DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, Shown, Viewpoint,
+    draw_offscreen, legend,
 };
 use bvhscope::section::SectionPlane;
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, OrientedKind, Sphere, Triangle};
+use bvhscope_engine::tree::ContainerKind;
 use glam::Vec3;
 
 const FAR: f32 = 1e30;
@@ -212,13 +213,8 @@ fn the_outline_of_a_sphere_encloses_it() {
     let radius = table.node_sphere(0).radius;
     let center = table.node_sphere(0).center;
     let nothing = Selection::default();
-    let settings = OverlaySettings {
-        follows_tree: false,
-        show_boxes: false,
-        show_spheres: true,
-        line_width: 1.0,
-        ..settings(0, 0)
-    };
+    let settings = OverlaySettings { line_width: 1.0, ..settings(0, 0) };
+    let settings = settings.with_kinds(ContainerSet::of(ContainerKind::Sphere));
     for projection in [Projection::Perspective, Projection::Orthographic] {
         let mut camera = camera(6.0, projection);
         camera.eye += center;
@@ -345,7 +341,7 @@ fn a_selected_node_is_drawn_though_nothing_else_is() {
     let picture = Flat::new(size, [0, 0, 0, 255], FAR);
     let table = table::<Aabb>(cube_triangle());
     let selection = Selection { selected: Some(0), hidden: [0].into(), ..Selection::default() };
-    let none = OverlaySettings { follows_tree: false, show_boxes: false, show_spheres: false, ..settings(0, 0) };
+    let none = settings(0, 0).with_kinds(ContainerSet::NONE);
     let camera = camera(5.0, Projection::Perspective);
     let drawn = draw(&picture, camera, Some(&table), none, &selection);
     let warm = drawn.iter().filter(|[r, g, b, _]| *r == 255 && g.abs_diff(180) < 3 && b.abs_diff(84) < 3).count();
@@ -359,7 +355,7 @@ fn an_observer_inside_sees_lines_without_streaks() {
     let size = [320, 200];
     let picture = Flat::new(size, [0, 0, 0, 255], FAR);
     let table = table::<Sphere>(row(40));
-    let settings = OverlaySettings { follows_tree: false, show_boxes: true, show_spheres: true, ..settings(0, 9) };
+    let settings = settings(0, 9).with_kinds(ContainerKind::OF_PAPER.into_iter().collect());
     let inside = Camera {
         eye: Vec3::new(20.0, 0.5, 0.3),
         target: Vec3::new(60.0, 0.4, 0.2),

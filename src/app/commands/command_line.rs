@@ -11,7 +11,7 @@ use crate::accel::Follow;
 use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings;
-use crate::overlay::{ColorBy, OverlayKinds, Selection};
+use crate::overlay::{ColorBy, Selection};
 use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
 use crate::text::quote;
 
@@ -182,7 +182,7 @@ fn picture_flags(render: &RenderSettings, line: &mut Line) {
 /// Whether the overlay draws anything or hides the picture, so that its flags are needed.
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
-    let any_drawn = overlay.kinds(state.container_kind()) != [false; 4] || state.selection.nodes.selected.is_some();
+    let any_drawn = !overlay.kinds(state.container_kind()).is_empty() || state.selection.nodes.selected.is_some();
     (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
@@ -190,11 +190,7 @@ fn uses_overlay(state: &AppState) -> bool {
 fn overlay_flags(state: &AppState, line: &mut Line) {
     let overlay = &state.wanted.overlay;
     let drawn = state.preferences.show_containers;
-    let kinds = overlay.kinds(state.container_kind());
-    // Not all choices with oriented boxes have names.
-    let named = |kinds| OverlayKinds::ALL.into_iter().find(|kind| kind.shown() == kinds);
-    let kind = named(kinds).or(named([kinds[0], false, false, kinds[3]]));
-    line.flag("--overlay", kind.filter(|_| drawn).unwrap_or(OverlayKinds::None).name().to_owned());
+    line.flag("--overlay", state.drawn_kinds().to_string());
     if drawn {
         line.flag("--depth", overlay.depth.map(|[first, last]| format!("{first}..{last}")));
         // A command draws one tree.

@@ -91,7 +91,7 @@ fn automatic(ui: &mut Ui, state: &mut AppState) {
 fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     let range = if from == to { from.to_string() } else { format!("{from} … {to}") };
     let overlay = &state.wanted.overlay;
-    if state.drawn_kinds() == [false; 4] {
+    if state.drawn_kinds().is_empty() {
         return format!("depth {range} · containers off");
     }
     if let Some(standing) = &state.layout.graphics.standing {

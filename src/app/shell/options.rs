@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::app::shell::settings::SettingsUse;
 use crate::app::state::{Preferences, SharedState, Wanted};
 use crate::catalog::settings::Given;
-use crate::overlay::ColorBy;
+use crate::overlay::{ColorBy, ContainerSet};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::scene::{LoadOptions, SceneSource};
 use crate::view::CameraChoice;
@@ -76,8 +76,8 @@ pub struct CliOverrides {
     pub simd: Option<SimdLevel>,
     /// Number of antialiasing samples per pixel.
     pub samples: Option<u32>,
-    /// For each kind of container whether it is drawn over the picture.
-    pub containers_shown: Option<[bool; 4]>,
+    /// The kinds of containers that are drawn over the picture.
+    pub containers_shown: Option<ContainerSet>,
     /// First and last tree depth drawn.
     pub depth: Option<[u32; 2]>,
     /// Draw only the leaves within these depths.

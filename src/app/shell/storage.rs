@@ -189,8 +189,9 @@ fn set_damaged_aside(file: &Path) -> String {
 mod tests {
     use super::*;
     use crate::app::state::{Navigation, Theme};
-    use crate::overlay::OverlaySettings;
+    use crate::overlay::{ContainerSet, OverlaySettings};
     use bvhscope_engine::settings::BuildSettings;
+    use bvhscope_engine::tree::ContainerKind;
 
     #[test]
     fn settings_survive_a_restart() {
@@ -287,8 +288,9 @@ mod tests {
         assert_eq!((wanted.build.threshold, wanted.build.container.name(), wanted.threads), (12, "sphere", 2));
         assert_eq!((wanted.camera.eye.x, wanted.camera.fov_y), (1.0, 0.7));
         assert_eq!((wanted.render.shading.name(), wanted.render.heat_range), ("heat", Some([0.0, 80.0])));
-        let OverlaySettings { show_boxes, show_spheres, depth, leaves_only, .. } = wanted.overlay;
-        assert_eq!((show_boxes, show_spheres, depth, leaves_only), (false, true, Some([3, 8]), true));
+        let OverlaySettings { containers, depth, leaves_only, .. } = wanted.overlay;
+        let spheres = ContainerSet::of(ContainerKind::Sphere);
+        assert_eq!((containers, depth, leaves_only), (spheres, Some([3, 8]), true));
         assert_eq!((preferences.theme, preferences.navigation), (Theme::Light, Navigation::Fly));
         assert_eq!((preferences.recent.len(), preferences.paper.side_px, preferences.left_open), (1, 512, false));
     }

@@ -52,7 +52,7 @@ use self::paper::RowFormat;
 use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
-use crate::overlay::ColorBy;
+use crate::overlay::{ColorBy, ContainerSet};
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
 use crate::scene::{Clip, Moment, Motion, Scene};
@@ -428,10 +428,10 @@ impl AppState {
         self.preferences.show_containers && self.wanted.overlay.color_by == color_by
     }
 
-    /// For each kind of container whether it is drawn; none while containers are off.
-    pub fn drawn_kinds(&self) -> [bool; 4] {
+    /// The kinds of containers that are drawn; none while containers are off.
+    pub fn drawn_kinds(&self) -> ContainerSet {
         let kinds = self.wanted.overlay.kinds(self.container_kind());
-        if self.preferences.show_containers { kinds } else { [false; 4] }
+        if self.preferences.show_containers { kinds } else { ContainerSet::NONE }
     }
 
     /// Whether a side panel is visible: open, and not displaced by the other one in a narrow window.

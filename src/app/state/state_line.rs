@@ -147,8 +147,10 @@ mod tests {
     use super::*;
     use crate::app::state::model::Model;
     use crate::lab::ray::RayMethod;
+    use crate::overlay::OverlaySettings;
     use crate::render::RayKind;
     use crate::render::Shading;
+    use bvhscope_engine::tree::ContainerKind;
 
     #[test]
     fn a_line_gives_the_state_back() {
@@ -171,6 +173,9 @@ mod tests {
 
     #[test]
     fn lines_of_earlier_versions_are_read() {
+        let overlay = SharedState::parse(r#"1 {"wanted":{"overlay":{"follows_tree":false,"show_spheres":true}}}"#);
+        let expected = OverlaySettings::default().with_kinds(ContainerKind::OF_PAPER.into_iter().collect());
+        assert_eq!(overlay.unwrap().wanted.overlay, expected);
         let line = r#"1 {"dock":"Ray","lab":{"icicle":{"width":"Visits"},"nodes":{"ascending":true},"merge_order":"level","ray":{"start":{"ray":{"origin":[0,0,0],"direction":[0,0,1]}},"kind":"shadow","method":"wide","step":3}},"nodes":{"selected":4,"topmost":2,"unfolded":[0,2]}}"#;
         let state = SharedState::parse(line).unwrap();
         assert_eq!((state.dock.as_deref(), state.nodes.selected), (Some("Ray"), Some(4)));

@@ -3,9 +3,9 @@
 use clap::Args;
 use glam::Vec3;
 
-use crate::cli::named::{help, named, simd};
+use crate::cli::named::{drawn_containers, help, named, simd};
 use crate::cli::values::{self, ViewArg};
-use crate::overlay::{ColorBy, OverlayKinds};
+use crate::overlay::{ColorBy, ContainerSet};
 use crate::render::{ColorMap, Exposure, Light, NormalSource, Shading};
 use crate::view::NamedView;
 use bvhscope_engine::kernel::SimdLevel;
@@ -83,10 +83,10 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Overlay")]
 pub struct OverlayArgs {
-    /// Draw containers over the picture: box, sphere, dop, both (box and sphere), box-dop, sphere-dop, all, oriented, box-oriented, or
-    /// none but the selected node's
-    #[arg(long, value_name = "KIND", value_parser = named::<OverlayKinds>)]
-    pub overlay: Option<OverlayKinds>,
+    /// Draw containers over the picture: box, sphere, dop or oriented, or several separated by commas; both (box and sphere), all (but
+    /// oriented), or none but the selected node's
+    #[arg(long, value_name = "LIST", value_parser = drawn_containers)]
+    pub overlay: Option<ContainerSet>,
     /// Tree levels that are drawn, root 0, both ends included [default: those that hold 100 to 200 nodes]
     #[arg(long, value_name = "A..B", value_parser = values::depths, allow_hyphen_values = true)]
     pub depth: Option<[u32; 2]>,

@@ -214,7 +214,7 @@ fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) ->
         ground: picture.ground.then_some(true),
         simd: picture.simd,
         samples: picture.samples,
-        containers_shown: overlay.overlay.map(crate::overlay::OverlayKinds::shown),
+        containers_shown: overlay.overlay,
         depth: overlay.depth,
         leaves_only: overlay.leaves.then_some(true),
         parents: overlay.parents.then_some(true),
@@ -236,7 +236,7 @@ mod tests {
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, Preferences, Wanted};
     use crate::camera::Projection;
-    use crate::overlay::ColorBy;
+    use crate::overlay::{ColorBy, ContainerSet};
     use crate::render::{Background, ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
     use crate::scene::LoadOptions;
     use crate::section::SectionPlane;
@@ -272,7 +272,7 @@ mod tests {
         wanted.overlay.leaves_only = true;
         wanted.overlay.parents = true;
         wanted.overlay.follows_tree = false;
-        wanted.overlay.show_spheres = true;
+        wanted.overlay.containers = ContainerKind::OF_PAPER.into_iter().collect();
         wanted.overlay.depth = Some([2, 7]);
         wanted.overlay.color_by = ColorBy::Size;
         wanted.overlay.hidden_alpha = 0.4;
@@ -324,7 +324,7 @@ mod tests {
             ..last.render
         };
         last.overlay.depth = Some([1, 2]);
-        last.overlay.show_spheres = true;
+        last.overlay.containers = ContainerKind::OF_PAPER.into_iter().collect();
         last.overlay.leaves_only = true;
         assert_eq!(started("bvhscope", &last).0, last, "no flag is given");
 
@@ -341,7 +341,7 @@ mod tests {
         assert_eq!(wanted.build, BuildSettings { container: ContainerKind::Aabb, ..last.build });
 
         let (wanted, preferences) = started("bvhscope --overlay box", &last);
-        assert!(preferences.show_containers && wanted.overlay.show_boxes && !wanted.overlay.show_spheres);
+        assert!(preferences.show_containers && wanted.overlay.containers == ContainerSet::of(ContainerKind::Aabb));
         assert_eq!(wanted.overlay.depth, last.overlay.depth);
 
         let (wanted, _) = started("bvhscope --preset hq --threshold 20", &last);

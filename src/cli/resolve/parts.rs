@@ -100,5 +100,5 @@ pub(super) fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
         budget: args.at_most.or(base.budget),
         ..base
     };
-    Some(shown.with_kinds(kinds.shown()))
+    Some(shown.with_kinds(kinds))
 }

@@ -2,6 +2,7 @@
 
 use super::table::NodeTable;
 use crate::accel::Accel;
+use crate::overlay::container_set::ContainerSet;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use bvhscope_engine::kernel::parallel::par_collect;
@@ -12,12 +13,11 @@ use bvhscope_engine::with_tree;
 const NODES_PER_CHECK: usize = 1 << 14;
 
 impl NodeTable {
-    /// Computes those of the containers of other `kinds` than the tree's, in the order of [`ContainerKind::WITH_ORIENTED`], that are not
-    /// known yet, in the calling thread's rayon pool.
-    pub fn complete(&self, kinds: [bool; 4], token: &CancelToken) -> Result<(), Cancelled> {
+    /// Computes those of the containers of other `kinds` than the tree's that are not known yet, in the calling thread's rayon pool.
+    pub fn complete(&self, kinds: ContainerSet, token: &CancelToken) -> Result<(), Cancelled> {
         let triangles = &self.accel.scene.triangles;
-        for kind in ContainerKind::WITH_ORIENTED {
-            if !kinds[kind as usize] || self.knows(kind) {
+        for kind in kinds.iter() {
+            if self.knows(kind) {
                 continue;
             }
             match kind {

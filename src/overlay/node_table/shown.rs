@@ -6,6 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::table::{NodeTable, area};
+use crate::overlay::container_set::ContainerSet;
 use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
@@ -144,14 +145,14 @@ impl NodeTable {
     fn is_cut_away(&self, node: u32, plane: &SectionPlane, settings: &OverlaySettings) -> bool {
         let own = self.container_kind();
         let kinds = settings.kinds(own);
-        let none = kinds == [false; 4];
-        let [boxes, spheres, dops, oriented] =
-            ContainerKind::WITH_ORIENTED.map(|kind| kinds[kind as usize] || none && own == kind);
-        // A polytope lies in its box.
-        (!boxes || plane.cuts_away(&self.node_box(node)))
-            && (!spheres || plane.cuts_away_sphere(&self.node_sphere(node)))
-            && (!dops || plane.cuts_away(&self.node_dop(node).bounds))
-            && (!oriented || plane.cuts_away(&around_corners(&self.node_oriented(node))))
+        let drawn = if kinds.is_empty() { ContainerSet::of(own) } else { kinds };
+        drawn.iter().all(|kind| match kind {
+            ContainerKind::Aabb => plane.cuts_away(&self.node_box(node)),
+            ContainerKind::Sphere => plane.cuts_away_sphere(&self.node_sphere(node)),
+            // A polytope lies in its box.
+            ContainerKind::Dop14 => plane.cuts_away(&self.node_dop(node).bounds),
+            ContainerKind::Oriented => plane.cuts_away(&around_corners(&self.node_oriented(node))),
+        })
     }
 
     /// These `nodes` without the hidden ones and those that the section plane cuts away, as the largest of `all`: drawn as `settings`

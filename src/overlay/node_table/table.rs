@@ -276,7 +276,6 @@ impl NodeTable {
             ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => true,
         };
         let depth = self.drawn_depths(settings);
-        let wanted = settings.kinds(own);
         OverlaySettings {
             depth: if is_listed {
                 (!settings.takes_largest_leaves()).then_some(depth)
@@ -284,7 +283,7 @@ impl NodeTable {
                 Some(depth.map(|depth| depth.min(deepest)))
             },
             color_by: if has_color { settings.color_by } else { ColorBy::Depth },
-            ..settings.with_kinds(ContainerKind::WITH_ORIENTED.map(|kind| wanted[kind as usize] && self.knows(kind)))
+            ..settings.with_kinds(settings.kinds(own).iter().filter(|kind| self.knows(*kind)).collect())
         }
     }
 
@@ -344,9 +343,8 @@ impl NodeTable {
     pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
-        let kinds = settings.kinds(own);
-        let [boxes, spheres, dops, oriented] =
-            ContainerKind::WITH_ORIENTED.map(|kind| kinds[kind as usize] || own == kind);
+        let kinds = settings.kinds(own).with(own);
+        let [boxes, spheres, dops, oriented] = ContainerKind::WITH_ORIENTED.map(|kind| kinds.contains(kind));
         let dop = if dops { self.node_dop(node) } else { Dop14 { bounds: nothing, low: [0.0; 4], high: [0.0; 4] } };
         let bounds = if boxes { self.node_box(node) } else { dop.bounds };
         let sphere = if spheres { self.node_sphere(node) } else { Sphere { center: glam::Vec3::ZERO, radius: 0.0 } };

@@ -59,11 +59,13 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
 
 const DRAWN: &[Row] = &[
     many(kinds, |state, index| {
-        let mut kinds = state.wanted.overlay.kinds(state.container_kind());
-        flip(&mut kinds[index]);
-        state.wanted.overlay = state.wanted.overlay.with_kinds(kinds);
+        let (kind, kinds) = (ContainerKind::WITH_ORIENTED[index], state.wanted.overlay.kinds(state.container_kind()));
+        let flipped = if kinds.contains(kind) { kinds.without(kind) } else { kinds.with(kind) };
+        state.wanted.overlay = state.wanted.overlay.with_kinds(flipped);
     })
-    .switch(|state, index| Some(state.wanted.overlay.kinds(state.container_kind())[index]))
+    .switch(|state, index| {
+        Some(state.wanted.overlay.kinds(state.container_kind()).contains(ContainerKind::WITH_ORIENTED[index]))
+    })
     .within("Show"),
     many(colors, |state, index| state.wanted.overlay.color_by = ColorBy::ALL[index])
         .switch(|state, index| Some(state.wanted.overlay.color_by == ColorBy::ALL[index]))

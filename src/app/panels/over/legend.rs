@@ -89,7 +89,7 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let shown = state.model.presented.as_ref()?;
     let settings = &state.wanted.overlay;
-    if state.drawn_kinds() == [false; 4] || state.layout.graphics.failed {
+    if state.drawn_kinds().is_empty() || state.layout.graphics.failed {
         return None;
     }
     let nodes = state.layout.graphics.shown.as_ref()?;

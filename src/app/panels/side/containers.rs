@@ -47,7 +47,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
             curve(ui, state);
         });
-        let shown = state.drawn_kinds() != [false; 4];
+        let shown = !state.drawn_kinds().is_empty();
         let (drawn, wanted) = state.layout.graphics.overlay_counts();
         let color = theme::palette(ui);
         let (text, color) = if !state.preferences.show_containers {
@@ -82,25 +82,23 @@ fn kinds(ui: &mut Ui, state: &mut AppState) {
     let overlay = &mut state.wanted.overlay;
     row(ui, "Show", "Boxes, spheres and 14-DOPs, whichever the tree is built with (B hides all)", |ui| {
         ui.vertical(|ui| {
-            ui.horizontal(|ui| {
-                let mut kinds = overlay.kinds(kind);
-                let [boxes, spheres, ..] = &mut kinds;
-                let by_hand = check(ui, boxes, "Boxes", "Draw the boxes around nodes")
-                    | check(ui, spheres, "Spheres", "Draw the spheres around nodes");
-                if by_hand {
-                    *overlay = overlay.with_kinds(kinds);
+            let choose = |ui: &mut Ui, overlay: &mut OverlaySettings, drawn, label, tip| {
+                let kinds = overlay.kinds(kind);
+                let mut on = kinds.contains(drawn);
+                if check(ui, &mut on, label, tip) {
+                    *overlay = overlay.with_kinds(if on { kinds.with(drawn) } else { kinds.without(drawn) });
                 }
+            };
+            ui.horizontal(|ui| {
+                choose(ui, overlay, ContainerKind::Aabb, "Boxes", "Draw the boxes around nodes");
+                choose(ui, overlay, ContainerKind::Sphere, "Spheres", "Draw the spheres around nodes");
             });
             // A narrow panel stays as it is where there is one more kind.
             ui.horizontal_wrapped(|ui| {
-                let mut kinds = overlay.kinds(kind);
-                let mut by_hand = check(ui, &mut kinds[2], "14-DOPs", "Draw the 14-DOPs around nodes");
-                if kind == ContainerKind::Oriented || kinds[3] {
+                choose(ui, overlay, ContainerKind::Dop14, "14-DOPs", "Draw the 14-DOPs around nodes");
+                if kind == ContainerKind::Oriented || overlay.kinds(kind).contains(ContainerKind::Oriented) {
                     let tip = "Draw the turned and skewed boxes of a tree after the pass Orient";
-                    by_hand |= check(ui, &mut kinds[3], "Oriented", tip);
-                }
-                if by_hand {
-                    *overlay = overlay.with_kinds(kinds);
+                    choose(ui, overlay, ContainerKind::Oriented, "Oriented", tip);
                 }
                 let tip = "Draw what the tree is built of, also after that changes";
                 check(ui, &mut overlay.follows_tree, "As tree", tip);
