@@ -22,7 +22,9 @@
 //! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
 //! | [`camera`], [`view`] | primary rays, the matching matrix, named views | scenes, trees | [`camera::Camera`] |
 //! | [`scene`] | model files and built-in models into triangles and materials | trees, cameras, pixels | [`scene::load()`] |
+//! | [`section`] | the plane that cuts picture and overlay open | everything else | [`section::SectionPlane`] |
 //! | [`accel`] | a scene's tree and wide tree with their build report | pixels, windows | [`accel::Accel::build`] |
+//! | [`visibility`] | hidden nodes of a tree and the triangles hidden with them | pixels | [`visibility::TriangleSet`] |
 //! | [`render`] | tiles, shading modes, colour maps: a tree and a camera into a frame | egui, wgpu, the overlay | [`render::render`] |
 //! | [`overlay`] | nodes into wireframe instances and the wgpu pass that draws them | `render`, egui's widgets | [`overlay::NodeTable`] |
 //! | [`lab`] | measuring jobs, tables, plots, diagnosis | egui, wgpu, files | [`lab::Job`] |

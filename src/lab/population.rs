@@ -19,7 +19,7 @@ use crate::camera::Camera;
 use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
 use crate::scene::Scene;
 
-/// Most rays across and down a view: more make a measurement slower and hardly another.
+/// Maximum rays per row and column of a view; more slow the measurement and hardly change it.
 const MOST_RAYS: u32 = 256;
 /// The seed of the random lines.
 const SEED: u64 = 1;
@@ -38,7 +38,7 @@ pub enum Population {
     AmbientOcclusion,
     /// From the surfaces in view to where their light comes from.
     Bounce,
-    /// Random lines through the root that nothing stops: what the surface area heuristic assumes.
+    /// Random, unoccluded lines through the root: what the surface area heuristic assumes.
     Random,
 }
 
@@ -71,7 +71,7 @@ impl Population {
                 "Rays from the surfaces in view into their surroundings, a quarter of the model far, up to the first hit"
             }
             Self::Bounce => "Rays from the surfaces in view in random directions, up to the next surface",
-            Self::Random => "Random lines through the root that nothing stops: what the SAH assumes of all rays",
+            Self::Random => "Random, unoccluded lines through the root: what the SAH assumes of all rays",
         }
     }
 
@@ -90,7 +90,7 @@ impl Population {
     pub const fn absence(self, light: Light) -> &'static str {
         match (self, light) {
             (Self::Shadow, Light::Headlight) => {
-                "The headlight stands at the eye and casts no shadow that is seen: with the sun there are shadow rays"
+                "The headlight is at the eye, so its shadows are never visible: with the sun there are shadow rays"
             }
             _ => "This view shows no surface that such rays leave",
         }

@@ -55,7 +55,7 @@ pub enum Role {
     Waiting = 6,
     /// The volume that children of the selected node have in common.
     Overlap = 7,
-    /// A node of a tree that was read, out of whose parent it sticks, or out of which its triangles do.
+    /// A node from a file that extends beyond its parent, or whose triangles extend beyond it.
     Faulty = 8,
 }
 

@@ -16,6 +16,8 @@ mod grid;
 
 mod section;
 
+mod visible;
+
 mod trace_context;
 
 mod surface;
@@ -62,3 +64,4 @@ pub use settings::{Background, Exposure, HeatKind, Light, NormalSource, RenderSe
 pub use single_ray::{NoRay, RayKind, RayStart, rays_of_picture, single_ray};
 pub use tiles::{RenderError, render, render_adapting, render_radiance};
 pub(crate) use values::nth_smallest;
+pub use visible::Visible;

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
+use crate::accel::{CountedQuery, Counting, Tracer as _};
 use crate::catalog::reading::EnteringReading;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal, new_stack};
-use bvhscope_engine::wide::AnyWideTree;
-use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
+use bvhscope_engine::wide::trace::CacheLines;
 
 /// Test counts of the primary rays through all pixel centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,11 +63,11 @@ pub struct PrimaryTrace {
 /// tree, in the calling thread's rayon pool.
 pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestSummary, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
-    let wide = &request.accel.widen(token)?.tree;
+    request.accel.widen(token)?;
     let start = Instant::now();
-    let tiles = trace::<TestCounts>(request, request.settings.traversal, Some(wide), token)?;
+    let tiles = trace(request, request.settings.traversal, Counting::Tests, token)?;
     let rays = Grid::new(request).ray_count();
-    let sum = |count: fn(&Tile<TestCounts>) -> u64| -> u64 { tiles.iter().map(count).sum() };
+    let sum = |count: fn(&Tile) -> u64| -> u64 { tiles.iter().map(count).sum() };
     let per_ray = |sum: u64| (sum as f64 / rays as f64) as f32;
     let mut lines = CacheLines::default();
     for tile in &tiles {
@@ -76,8 +76,8 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
     Ok(TestSummary {
         rays,
         hits: sum(|tile| tile.hits),
-        container_tests_per_ray: per_ray(sum(|tile| tile.probe.containers)),
-        primitive_tests_per_ray: per_ray(sum(|tile| tile.probe.primitives)),
+        container_tests_per_ray: per_ray(sum(|tile| tile.tests.containers)),
+        primitive_tests_per_ray: per_ray(sum(|tile| tile.tests.primitives)),
         entering: sum(|tile| tile.entering),
         entering_tests: sum(|tile| tile.entering_tests),
         lines,
@@ -93,7 +93,7 @@ pub fn trace_primary(
 ) -> Result<PrimaryTrace, Cancelled> {
     request.accel.compute_leaf_triangles(token)?;
     let start = Instant::now();
-    let tiles = trace::<NoProbe>(request, traversal, None, token)?;
+    let tiles = trace(request, traversal, Counting::Nothing, token)?;
     let hits = tiles.iter().map(|tile| tile.hits).sum();
     Ok(PrimaryTrace { rays: Grid::new(request).ray_count(), hits, trace_time: start.elapsed() })
 }
@@ -101,20 +101,14 @@ pub fn trace_primary(
 /// Traces the primary rays in packets through the wide tree, as pictures do, without shading, in the calling thread's rayon
 /// pool.
 pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Result<PrimaryTrace, Cancelled> {
-    let wide = &request.accel.widen(token)?.tree;
+    request.accel.widen(token)?;
+    let tracer = request.accel.tracer(request.settings.simd);
     let start = Instant::now();
     let grid = Grid::new(request);
-    let camera = request.camera.for_size(request.width_px, request.height_px);
-    let level = request.settings.simd.level();
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;
-        let mut rays = ArrayVec::<Ray, TILE_AREA>::new();
-        grid.for_each_pixel(tile, |x, y, _| {
-            let point = grid.point(x, y, Vec2::splat(0.5));
-            rays.push(camera.ray(point.x, point.y));
-        });
         let mut hits = [None; TILE_AREA];
-        wide.closest_hits(level, &rays, &mut hits);
+        tracer.nearest(&rays_of_tile(request, &grid, tile), &mut hits);
         Ok(hits.iter().flatten().count() as u64)
     };
     let fork = token.fork();
@@ -126,30 +120,23 @@ pub fn trace_primary_wide(request: &RenderRequest, token: &CancelToken) -> Resul
     Ok(PrimaryTrace { rays: grid.ray_count(), hits, trace_time: start.elapsed() })
 }
 
-/// A probe that may count tests.
-trait Counting: Probe + Copy + Default + Send {
-    /// Number of all tests so far.
-    fn tests(&self) -> u64;
-}
-
-impl Counting for NoProbe {
-    fn tests(&self) -> u64 {
-        0
-    }
-}
-
-impl Counting for TestCounts {
-    fn tests(&self) -> u64 {
-        self.containers + self.primitives
-    }
+/// The rays through the centres of a tile's pixels.
+fn rays_of_tile(request: &RenderRequest, grid: &Grid, tile: u32) -> ArrayVec<Ray, TILE_AREA> {
+    let camera = request.camera.for_size(request.width_px, request.height_px);
+    let mut rays = ArrayVec::new();
+    grid.for_each_pixel(tile, |x, y, _| {
+        let point = grid.point(x, y, Vec2::splat(0.5));
+        rays.push(camera.ray(point.x, point.y));
+    });
+    rays
 }
 
 /// Counts of the rays of a tile.
 #[derive(Default)]
-struct Tile<P> {
+struct Tile {
     hits: u64,
     /// Tests of all rays.
-    probe: P,
+    tests: TestCounts,
     /// Number of rays that enter the scene's box.
     entering: u64,
     /// Tests of these rays.
@@ -158,49 +145,51 @@ struct Tile<P> {
     lines: CacheLines,
 }
 
-/// The counts of each tile. The rays that enter the scene's box are traced once more through the wide tree, if its lines are to be
-/// counted.
-fn trace<P: Counting>(
+/// The counts of each tile. Where tests are counted, the rays that enter the scene's box are traced once more, for the cache lines that
+/// they read.
+fn trace(
     request: &RenderRequest,
     traversal: Traversal,
-    wide: Option<&AnyWideTree>,
+    counting: Counting,
     token: &CancelToken,
-) -> Result<Vec<Tile<P>>, Cancelled> {
+) -> Result<Vec<Tile>, Cancelled> {
     let grid = Grid::new(request);
-    let camera = request.camera.for_size(request.width_px, request.height_px);
-    let (tree, scene) = (&request.accel.tree, &request.accel.scene);
-    let triangles = request.accel.compute_leaf_triangles(token)?;
-    let level = request.settings.simd.level();
+    let (tracer, visible) = (request.accel.tracer(request.settings.simd), request.visible());
+    let passes = &|primitive_index| visible.is_hidden(primitive_index);
     let trace_tile = |tile: u32, token: &CancelToken| {
         token.check()?;
-        let mut stack = new_stack(tree.max_depth());
-        let mut counts = Tile::<P>::default();
-        let mut lines = wide.map(|wide| (wide, LineProbe::new(wide)));
-        grid.for_each_pixel(tile, |x, y, _| {
-            let point = grid.point(x, y, Vec2::splat(0.5));
-            let (ray, before, mut enters) = (camera.ray(point.x, point.y), counts.probe.tests(), false);
-            let hit = request.first_visible(ray, |ray| {
-                // A timed trace does no more than tracing.
-                enters |= P::ACTIVE && scene.is_entered_by(ray);
-                tree.closest_hit_with(level, triangles, ray, traversal, &mut stack, &mut counts.probe)
-            });
-            counts.hits += u64::from(hit.is_some());
-            if enters {
-                counts.entering += 1;
-                counts.entering_tests += counts.probe.tests() - before;
-                if let Some((wide, probe)) = &mut lines {
-                    request.first_visible(ray, |ray| wide.closest_hit_with(level, ray, probe));
-                    counts.lines += probe.take();
-                }
+        let rays = rays_of_tile(request, &grid, tile);
+        let rays = visible.cut_all(&rays);
+        let mut found = [(None, TestCounts::default()); TILE_AREA];
+        tracer.counted(&rays, CountedQuery { counting, traversal, passes }, &mut found);
+        let found = &found[..rays.len()];
+        let mut counts = Tile { hits: found.iter().filter(|(hit, _)| hit.is_some()).count() as u64, ..Tile::default() };
+        // A timed trace does no more than tracing.
+        if counting == Counting::Nothing {
+            return Ok(counts);
+        }
+        let mut entering = ArrayVec::<Ray, TILE_AREA>::new();
+        for (ray, (_, tests)) in rays.iter().zip(found) {
+            counts.tests.containers += tests.containers;
+            counts.tests.primitives += tests.primitives;
+            if request.accel.scene.is_entered_by(ray) {
+                counts.entering_tests += tests.containers + tests.primitives;
+                entering.push(*ray);
             }
-        });
+        }
+        counts.entering = entering.len() as u64;
+        let mut lines = [(None, TestCounts::default()); TILE_AREA];
+        tracer.counted(&entering, CountedQuery { counting: Counting::Lines, traversal, passes }, &mut lines);
+        for (_, TestCounts { containers, primitives }) in &lines[..entering.len()] {
+            counts.lines += CacheLines { nodes: *containers, triangles: *primitives };
+        }
         Ok(counts)
     };
     let fork = token.fork();
     let tiles = (0..grid.tile_count)
         .into_par_iter()
         .map(|tile| fork.task(|token| trace_tile(tile, token)))
-        .collect::<Result<Vec<Tile<P>>, Cancelled>>()?;
+        .collect::<Result<Vec<Tile>, Cancelled>>()?;
     fork.join();
     Ok(tiles)
 }

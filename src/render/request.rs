@@ -5,10 +5,10 @@ use std::sync::Arc;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::visibility::TriangleSet;
-use bvhscope_engine::geometry::{Hit, Ray};
 
 use super::cluster_cut::ClusterCut;
 use super::settings::RenderSettings;
+use super::visible::Visible;
 
 /// A picture to be traced. Equal requests give equal pictures.
 #[derive(Debug, Clone)]
@@ -49,23 +49,8 @@ impl RenderRequest {
         }
     }
 
-    /// The part of a ray that the section plane leaves.
-    #[inline]
-    pub fn cut(&self, ray: Ray) -> Ray {
-        self.settings.section.map_or(ray, |section| section.clip(&ray))
-    }
-
-    /// The first hit of `closest` that is not hidden, in the part of a ray that the section plane leaves. Behind a hidden triangle
-    /// the ray is traced again, and its tests count too.
-    #[inline(always)]
-    pub fn first_visible(&self, ray: Ray, mut closest: impl FnMut(&Ray) -> Option<Hit>) -> Option<Hit> {
-        let mut rest = self.cut(ray);
-        loop {
-            let hit = closest(&rest)?;
-            if !self.hidden.as_ref().is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
-                return Some(hit);
-            }
-            rest.t_min = hit.t.next_up();
-        }
+    /// What rays see: less than all where there is a section plane or where triangles are hidden.
+    pub fn visible(&self) -> Visible<'_> {
+        Visible { section: self.settings.section, hidden: self.hidden.as_deref().filter(|hidden| !hidden.is_empty()) }
     }
 }

@@ -7,6 +7,7 @@ use super::sampling::SampleId;
 use super::settings::HeatKind;
 use super::trace_context::TraceContext;
 use super::{srgb, surface};
+use crate::accel::Counting;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
 
@@ -36,19 +37,6 @@ impl Shaded {
     const fn value(value: f32) -> Self {
         Self { color: Vec3::ZERO, is_radiance: false, value }
     }
-}
-
-/// Counted tests of a primary ray.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Counting {
-    /// Tests in the binary tree, in the order of the settings.
-    Tests,
-    /// Steps through the wide tree.
-    Steps,
-    /// Cache lines of the wide tree: of nodes in place of containers, of triangles in place of primitives.
-    Lines,
-    /// Containers that the whole ray enters, as if nothing stopped it.
-    WholeRay,
 }
 
 /// A shading mode.

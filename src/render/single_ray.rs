@@ -91,9 +91,7 @@ impl fmt::Display for NoRay {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Background => "the primary ray hits nothing, so there is no surface for another ray to start from",
-            Self::Headlight => {
-                "the headlight stands at the eye and casts no shadow that is seen: there is no shadow ray"
-            }
+            Self::Headlight => "the headlight is at the eye, so its shadows are never visible: there is no shadow ray",
             Self::FacesAway => "the surface there faces away from the sun: it is dark without a shadow ray",
             Self::Unlit => {
                 "the material there is unlit: it has its own colour whatever the light, and needs no ray for it"
@@ -102,7 +100,7 @@ impl fmt::Display for NoRay {
     }
 }
 
-/// The ray of this kind that the picture of `request` traces for `start`, whole: [`RenderRequest::cut`] leaves the part of it that
+/// The ray of this kind that the picture of `request` traces for `start`, whole: [`Visible::cut`](super::Visible::cut) leaves the part of it that
 /// the section plane keeps. Rays of a given start are those of the first pixel.
 ///
 /// # Errors
@@ -160,7 +158,7 @@ fn row_of_rays(context: &TraceContext, request: &RenderRequest, kind: RayKind, y
             of_pixels.filter_map(|(id, (first, hit))| leaving(context, request, (first, hit?), kind, id).ok());
         leaving.collect()
     };
-    rays.into_iter().map(|ray| request.cut(ray)).collect()
+    rays.into_iter().map(|ray| request.visible().cut(ray)).collect()
 }
 
 /// The primary ray of a sample.
@@ -280,7 +278,7 @@ mod tests {
                 let pixels = (0..16).flat_map(|y| (0..24).map(move |x| RayStart::Pixel([x, y])));
                 let singles: Vec<Ray> = pixels
                     .filter_map(|pixel| single_ray(&request, pixel, kind, &token).unwrap().ok())
-                    .map(|ray| request.cut(ray))
+                    .map(|ray| request.visible().cut(ray))
                     .collect();
                 let together = rays_of_picture(&request, kind, &token).unwrap();
                 assert_eq!(together, singles, "{kind:?}");

@@ -8,7 +8,7 @@ use super::edges;
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
-use super::shade::{Counting, Shade, Shaded};
+use super::shade::{Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -83,31 +83,32 @@ impl<S: Shade> Pass<'_, '_, S> {
         self.context.camera.ray(point.x, point.y)
     }
 
-    /// Traces ray after ray, and counts the tests of each.
+    /// Traces primary rays alone, and counts the work of each.
     fn count(&self, tile: u32, within: Vec2, pixels: &mut [Pixel], counts: &mut PassCounts) {
-        let context = self.context;
-        self.grid.for_each_pixel(tile, |x, y, index| {
-            let (ray, mut tests) = (self.ray([x, y], within), TestCounts::default());
-            let hit = match self.shade.counting() {
-                Counting::Tests => context.closest_solid(&ray, self.request.settings.traversal, &mut tests),
-                Counting::Steps => context.closest_in_steps(&ray, &mut tests),
-                Counting::Lines => context.closest_in_lines(&ray, &mut tests),
-                Counting::WholeRay => context.closest_of_whole_ray(&ray, &mut tests.containers),
-            };
+        let (rays, places) = self.primary_rays(tile, within);
+        let mut found = [(None, TestCounts::default()); TILE_AREA];
+        self.context.counted(&rays, (self.shade.counting(), self.request.settings.traversal), &mut found);
+        for ((([x, y], index), ray), (hit, tests)) in places.into_iter().zip(rays).zip(found) {
             let hit = hit.map(|hit| (hit, S::Point::default()));
             let traced = Traced { ray, hit, tests, blocked: &[] };
             self.add(self.grid.point(x, y, within).y, traced, &mut pixels[index], counts);
+        }
+    }
+
+    /// The primary rays of a tile, with the pixels that they belong to.
+    fn primary_rays(&self, tile: u32, within: Vec2) -> (ArrayVec<Ray, TILE_AREA>, ArrayVec<Place, TILE_AREA>) {
+        let (mut rays, mut places) = (ArrayVec::new(), ArrayVec::new());
+        self.grid.for_each_pixel(tile, |x, y, index| {
+            rays.push(self.ray([x, y], within));
+            places.push(([x, y], index));
         });
+        (rays, places)
     }
 
     /// Traces all rays of a kind together, pixel after pixel: primary rays, bounces, then rays towards light.
     fn trace(&self, tile: u32, within: Vec2, pixels: &mut [Pixel], counts: &mut PassCounts) {
         let (context, shade, sample) = (self.context, self.shade, self.sample);
-        let (mut rays, mut places) = (ArrayVec::<Ray, TILE_AREA>::new(), ArrayVec::<Place, TILE_AREA>::new());
-        self.grid.for_each_pixel(tile, |x, y, index| {
-            rays.push(self.ray([x, y], within));
-            places.push(([x, y], index));
-        });
+        let (rays, places) = self.primary_rays(tile, within);
         let mut hits = [None; TILE_AREA];
         context.closest_hits(&rays, &mut hits);
         let mut bounces = Vec::new();

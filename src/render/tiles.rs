@@ -17,10 +17,11 @@ use super::lit::Lit;
 use super::primary::count_tests;
 use super::request::RenderRequest;
 use super::settings::Shading;
-use super::shade::{AmbientOcclusion, Counting, Depth, Heat, Normals, Shade};
+use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::surface;
 use super::tile::{Pass, PassCounts};
 use super::trace_context::TraceContext;
+use crate::accel::Counting;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The only error of [`render`]: it was cancelled.

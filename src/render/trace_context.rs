@@ -1,25 +1,19 @@
 //! Everything that rays of one picture share: scene, tree, camera and tracer.
 
-use std::borrow::Cow;
-
 use glam::Vec3;
 
-use fearless_simd::Level;
-
-use crate::accel::Accel;
+use crate::accel::{CountedQuery, Counting, Tracer};
 use crate::camera::CameraFrame;
 use crate::scene::{Material, Scene};
 use crate::vectors::length;
-use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
-use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
-use bvhscope_engine::wide::tree::AnyWideTree;
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 
 use super::request::RenderRequest;
 use super::section::Section;
 use super::settings::Background;
 use super::surface::{self, Normals, Orientation};
+use super::visible::Visible;
 
 /// Maximum number of alpha cut-outs that a ray passes through before the next counts as solid.
 const MAX_HOLES: u32 = 32;
@@ -29,11 +23,7 @@ const THROUGH_GLASS: f32 = 0.88;
 
 /// Tree, scene, camera and rays for the shading modes.
 pub(super) struct TraceContext<'a> {
-    accel: &'a Accel,
-    /// The wide tree, which uncounted rays are traced through. Without one the binary tree gives the same hits, for a first coarse
-    /// picture that does not wait for it.
-    wide: Option<&'a AnyWideTree>,
-    level: Level,
+    tracer: Box<dyn Tracer + 'a>,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
     background: Background,
@@ -42,8 +32,7 @@ pub(super) struct TraceContext<'a> {
     normals: Normals,
     /// Some material has alpha cut-outs.
     has_holes: bool,
-    /// Triangles that rays pass through.
-    hidden: Option<&'a TriangleSet>,
+    visible: Visible<'a>,
     section: Option<Section>,
     /// Length of the diagonal of the scene's bounding box in world units.
     pub(super) diagonal: f32,
@@ -56,16 +45,14 @@ impl<'a> TraceContext<'a> {
         let camera = request.camera.for_size(request.width_px, request.height_px);
         let scene = &*accel.scene;
         Self {
-            accel,
-            wide: accel.known_wide().map(|wide| &wide.tree),
-            level: request.settings.simd.level(),
+            tracer: Box::new(accel.tracer(request.settings.simd)),
             scene,
             normals,
             camera,
             height_px: request.height_px.max(1) as f32,
             background: request.settings.background,
             has_holes: scene.materials.iter().any(has_holes),
-            hidden: request.hidden.as_deref().filter(|hidden| !hidden.is_empty()),
+            visible: request.visible(),
             section: request.settings.section.map(|plane| Section::new(plane, scene)),
             diagonal: length(scene.bounds.extent()),
         }
@@ -78,40 +65,16 @@ impl<'a> TraceContext<'a> {
 
     /// Rays pass through some triangles.
     fn has_gaps(&self) -> bool {
-        self.has_holes || self.hidden.is_some()
-    }
-
-    /// The part of a ray that the section plane leaves.
-    fn cut(&self, ray: &Ray) -> Ray {
-        self.section.as_ref().map_or(*ray, |section| section.plane.clip(ray))
-    }
-
-    /// The parts of rays that the section plane leaves, copied only where there is one.
-    fn cut_all<'r>(&self, rays: &'r [Ray]) -> Cow<'r, [Ray]> {
-        match &self.section {
-            Some(section) => rays.iter().map(|ray| section.plane.clip(ray)).collect(),
-            None => Cow::Borrowed(rays),
-        }
+        self.has_holes || self.visible.hidden.is_some()
     }
 
     /// The closest hits of `rays` that are neither hidden, cut off nor in alpha cut-outs, into the first elements of `hits`.
     pub(super) fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let rays = &*self.cut_all(rays);
-        self.closest_hits_or_gaps(rays, hits);
+        let rays = &*self.visible.cut_all(rays);
+        self.tracer.nearest(rays, hits);
         if self.has_gaps() {
             self.trace_beyond_gaps(rays, hits);
         }
-    }
-
-    /// The closest hits of `rays` with cut-outs and hidden triangles as solid.
-    fn closest_hits_or_gaps(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let Some(wide) = self.wide else {
-            for (hit, ray) in hits.iter_mut().zip(rays) {
-                *hit = self.accel.tree.closest_hit_indexed(&self.scene.triangles, ray);
-            }
-            return;
-        };
-        wide.closest_hits(self.level, rays, hits);
     }
 
     /// Replaces each of `hits` that is hidden or in a cut-out by the first behind it that is not.
@@ -130,7 +93,7 @@ impl<'a> TraceContext<'a> {
         while !open.is_empty() {
             found.clear();
             found.resize(open.len(), None);
-            self.closest_hits_or_gaps(&rest, &mut found);
+            self.tracer.nearest(&rest, &mut found);
             let mut kept = 0;
             for (slot, found) in found.iter().enumerate() {
                 let (index, holes) = open[slot];
@@ -147,7 +110,7 @@ impl<'a> TraceContext<'a> {
 
     /// The number of cut-outs that a ray has passed behind the triangle at a hit, if it passes through; it passed `holes` before.
     fn gap(&self, hit: &Hit, holes: u32) -> Option<u32> {
-        if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
+        if self.visible.is_hidden(hit.primitive_index) {
             return Some(holes);
         }
         let material = self.scene.material(hit.primitive_index);
@@ -165,52 +128,16 @@ impl<'a> TraceContext<'a> {
         (normal.dot(ray.direction) * section.outward > 0.0).then(|| section.hatch(ray.at(entry), self.diagonal))
     }
 
-    /// The closest hit through the wide tree with its steps counted; cut-outs are solid. Behind a hidden triangle the ray is
-    /// traced again, and those steps count too.
-    pub(super) fn closest_in_steps<P: Probe>(&self, ray: &Ray, probe: &mut P) -> Option<Hit> {
-        let wide = &self.accel.wide().tree;
-        self.first_visible(ray, |ray| wide.closest_hit_with(self.level, ray, probe))
-    }
-
-    /// [`Self::closest_in_steps`] with the cache lines that it reads, of nodes as containers and of triangles as primitives: each once,
-    /// however often the ray is traced again.
-    pub(super) fn closest_in_lines(&self, ray: &Ray, lines: &mut TestCounts) -> Option<Hit> {
-        let mut probe = LineProbe::new(&self.accel.wide().tree);
-        let hit = self.closest_in_steps(ray, &mut probe);
-        let CacheLines { nodes, triangles } = probe.take();
-        *lines = TestCounts { containers: nodes, primitives: triangles };
-        hit
-    }
-
-    /// The closest hit through the binary tree with its tests counted; cut-outs are solid. Behind a hidden triangle the ray is
-    /// traced again, and those tests count too.
-    pub(super) fn closest_solid<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        let triangles = self.accel.leaf_triangles();
-        self.first_visible(ray, |ray| self.accel.tree.closest_hit(triangles, ray, traversal, probe))
-    }
-
-    /// The closest hit through the binary tree; cut-outs are solid. Adds to `entered` the containers that the whole ray enters, those
-    /// behind the hit too, each once whatever is hidden.
-    pub(super) fn closest_of_whole_ray(&self, ray: &Ray, entered: &mut u64) -> Option<Hit> {
-        let triangles = self.accel.leaf_triangles();
-        // Nothing is culled in the paper's order, so that it visits whatever the ray enters.
-        let hit = self.accel.tree.closest_hit(triangles, &self.cut(ray), Traversal::Paper, &mut Entered(entered))?;
-        if self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
-            return self.closest_solid(ray, Traversal::Ordered, &mut NoProbe);
-        }
-        Some(hit)
-    }
-
-    /// The first hit of `closest` that is not hidden, in the part of the ray that the section plane leaves.
-    fn first_visible(&self, ray: &Ray, mut closest: impl FnMut(&Ray) -> Option<Hit>) -> Option<Hit> {
-        let mut rest = self.cut(ray);
-        loop {
-            let hit = closest(&rest)?;
-            if !self.hidden.is_some_and(|hidden| hidden.contains(hit.primitive_index)) {
-                return Some(hit);
-            }
-            rest.t_min = hit.t.next_up();
-        }
+    /// The closest hits of `rays` with what `counting` counts of each, into the first elements of `found`; cut-outs are solid. Behind a
+    /// hidden triangle a ray is traced again, and the work of that counts too.
+    pub(super) fn counted(
+        &self,
+        rays: &[Ray],
+        (counting, traversal): (Counting, Traversal),
+        found: &mut [(Option<Hit>, TestCounts)],
+    ) {
+        let passes = &|primitive_index| self.visible.is_hidden(primitive_index);
+        self.tracer.counted(&self.visible.cut_all(rays), CountedQuery { counting, traversal, passes }, found);
     }
 
     /// Any-hit query for each ray, into the first elements of `blocked`; cut-outs let rays pass.
@@ -222,14 +149,7 @@ impl<'a> TraceContext<'a> {
                 *blocked = hit.is_some();
             }
         } else {
-            let rays = &*self.cut_all(rays);
-            let Some(wide) = self.wide else {
-                for (blocked, ray) in blocked.iter_mut().zip(rays) {
-                    *blocked = self.accel.tree.any_hit_indexed(&self.scene.triangles, ray);
-                }
-                return;
-            };
-            wide.any_hits(self.level, rays, blocked);
+            self.tracer.blocked(&self.visible.cut_all(rays), blocked);
         }
     }
 
@@ -255,20 +175,6 @@ impl<'a> TraceContext<'a> {
     /// Linear background colour at `y_px` from the upper edge.
     pub(super) fn background(&self, y_px: f32) -> Vec3 {
         self.background.color(y_px / self.height_px)
-    }
-}
-
-/// Counts the nodes that a ray visits.
-struct Entered<'a>(&'a mut u64);
-
-impl Probe for Entered<'_> {
-    #[inline(always)]
-    fn container_test(&mut self) {}
-    #[inline(always)]
-    fn primitive_test(&mut self) {}
-    #[inline(always)]
-    fn visited(&mut self, _node: u32) {
-        *self.0 += 1;
     }
 }
 

@@ -173,7 +173,7 @@ fn cluster_colours_show_the_clusters_that_are_drawn() {
         assert!(seen.len() > 4, "{kind:?} shows {} clusters", seen.len());
         assert!(seen.iter().all(|&node| clusters.stands(node)), "{kind:?} with passes: {passes}");
         let text = match kind {
-            CutKind::Step => "clusters that stand",
+            CutKind::Step => "active clusters",
             CutKind::Area => "nodes of at most 2.00 % of the area",
             CutKind::Triangles => "nodes of at most 50 triangles",
         };

@@ -6,7 +6,11 @@
 #[path = "../support/skip.rs"]
 mod skip;
 
+mod files;
 mod layering;
+mod maps;
+mod profiles;
 mod reliability;
 mod skips;
 mod tables;
+mod words;

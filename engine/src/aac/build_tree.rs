@@ -11,7 +11,7 @@
 //!     return combine_clusters(C, f(|P|))
 //! ```
 //!
-//! It stands here twice: [`TreeBuilder::build_tree`] recurses in parallel over large ranges, [`build_tree_in_task`] does the rest
+//! There are two implementations: [`TreeBuilder::build_tree`] recurses in parallel over large ranges, [`build_tree_in_task`] does the rest
 //! within a task.
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]

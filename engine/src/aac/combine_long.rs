@@ -1,6 +1,6 @@
 //! `combine_clusters` for lists of any length. Instead of each cluster's best match a lower bound of the distance to it is stored:
-//! merging never brings clusters closer, so that a bound stays valid until its cluster searches again, and that it does only
-//! once no other bound is smaller. If the two clusters with the smallest bound are at just this distance, they are the closest
+//! merging never brings clusters closer, so that a bound stays a valid lower bound. A cluster searches again only when its bound is the
+//! smallest. If the two clusters with the smallest bound are at just this distance, they are the closest
 //! pair. A union takes the place of its first cluster; that of the second stays empty until there are many such places.
 //!
 //! The *query* is the cluster whose best match was searched last: its distances to all others are still stored.

@@ -15,14 +15,14 @@ const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Cut {
-    /// The clusters that are left when the closest have been merged until there are so many, at least one: those that stand so
+    /// The clusters that are left when the closest have been merged until there are so many, at least one: those active so
     /// many steps before the end by [`MergeOrder::Distance`], and all leaves where there are fewer.
     Clusters(u32),
     /// The largest nodes whose area is at most this fraction of the root's, and leaves that exceed it.
     Area(f32),
     /// The largest nodes of at most so many primitives, and leaves that have more.
     Primitives(u32),
-    /// The clusters that stand at a step of an order.
+    /// The active clusters at a step of an order.
     Step {
         /// The order of the merges.
         order: MergeOrder,

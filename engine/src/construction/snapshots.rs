@@ -1,4 +1,4 @@
-//! The largest clusters at any step without a pass over the tree: every [`STEPS_BETWEEN`] steps, the largest clusters that stand are
+//! The largest clusters at any step without a pass over the tree: every [`STEPS_BETWEEN`] steps, the largest active clusters are
 //! stored. Those of a step in between are among the stored ones and those made since.
 
 use crate::cancel::{CancelToken, Cancelled};
@@ -30,7 +30,7 @@ pub struct Snapshots {
 }
 
 impl Snapshots {
-    /// Snapshots of nodes with these `areas` that stand from `births` on until `deaths`.
+    /// Snapshots of nodes with these `areas`, active from `births` until `deaths`.
     pub fn new(areas: Vec<f32>, births: &[u32], deaths: &[u32], token: &CancelToken) -> Result<Self, Cancelled> {
         // There are about half as many merges as nodes.
         let count = areas.len() / 2 / STEPS_BETWEEN + 1;

@@ -136,12 +136,12 @@ impl Timeline {
         self.lifetime(node).contains(&step)
     }
 
-    /// Number of clusters that stand at `step`.
+    /// Number of active clusters at `step`.
     pub fn standing(&self, step: u32) -> u32 {
         if self.births.is_empty() { 0 } else { self.steps() + 1 - step.min(self.steps()) }
     }
 
-    /// The `count` largest clusters that stand at `step`, by area of their containers, then by index: at most
+    /// The `count` largest active clusters at `step`, by area of their containers, then by index: at most
     /// [`Timeline::MAX_LARGEST`]. Takes time that does not depend on the size of the tree.
     pub fn largest_at(&self, step: u32, count: usize) -> Vec<u32> {
         let step = step.min(self.steps());

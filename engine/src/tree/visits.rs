@@ -41,7 +41,7 @@ impl Visits {
 
     /// Number of visits of `node` that the surface area heuristic predicts: area(node) / area(root) · rays that enter the root
     /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). It holds for lines that are equally likely to come
-    /// from everywhere and that nothing stops; what measured visits differ by, it does not know.
+    /// from everywhere and are unoccluded: measured visits differ from it by what the heuristic leaves out.
     pub fn predicted<C: Container>(&self, tree: &Tree<C>, node: u32) -> f64 {
         f64::from(area_share(tree, node)) * f64::from(self.root_hits())
     }

@@ -50,7 +50,7 @@ pub trait CompactBounds<C: WideContainer>: Pod + Send + Sync + PartialEq + Debug
     fn unpack<S: Simd>(&self, simd: S) -> C::Bounds;
     /// The container in a lane.
     fn load(&self, lane: usize) -> C;
-    /// Whether a lane was made from `container`, as far as can be told.
+    /// True if a lane may hold `container`; rounding can give false positives.
     fn holds(&self, lane: usize, container: &C) -> bool;
 }
 

@@ -76,7 +76,7 @@ impl<'a, C: WideContainer> NodeRef<'a, C> {
         }
     }
 
-    /// Whether a lane was made from `container`, as far as can be told.
+    /// True if a lane may hold `container`; rounding can give false positives.
     pub fn holds(&self, lane: usize, container: &C) -> bool {
         match self {
             Self::Full(node) => C::load(&node.bounds, lane) == *container,

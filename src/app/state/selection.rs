@@ -73,7 +73,7 @@ pub struct SelectionState {
     pub pasted: Option<SharedNodes>,
     /// The hidden and isolated nodes of `nodes` for other trees of the same scene; up to date at the end of each UI frame.
     pub hidden: HiddenNodes,
-    /// Number of hidden nodes of which the user was last told that the present tree lacks them.
+    /// How many missing hidden nodes were last reported to the user.
     pub reported_missing: usize,
 }
 

@@ -2,7 +2,7 @@
 
 use super::key_frames::KeyFrame;
 
-/// At most `frames` ascending steps from 0 to the last of `steps`: the number of clusters that stand falls by the same factor from
+/// At most `frames` ascending steps from 0 to the last of `steps`: the number of active clusters falls by the same factor from
 /// frame to frame, so that the end, where few large merges happen, gets its time. The frame nearest to a key frame shows just that.
 pub fn paced_steps(steps: u32, frames: usize, key_frames: &[KeyFrame]) -> Vec<u32> {
     let frames = frames.clamp(2, steps as usize + 2);

@@ -33,7 +33,7 @@ pub fn record(
         ..RenderRequest::new(accel, request.camera, request.settings, request.size_px)
     };
     let ray = match single_ray(&picture, request.start, request.kind, token)? {
-        Ok(ray) => picture.cut(ray),
+        Ok(ray) => picture.visible().cut(ray),
         Err(reason) => return Ok(Err(reason)),
     };
     let is_wide = request.method == RayMethod::Wide;
@@ -70,7 +70,7 @@ fn traced<'a>(picture: &'a RenderRequest, request: &RayRequest, ray: Ray) -> (Re
         };
         return (recorder, None);
     }
-    let nearest = picture.first_visible(ray, |rest| {
+    let nearest = picture.visible().first(ray, |rest| {
         recorder.begin(rest.t_min);
         match request.method {
             RayMethod::Binary(traversal) => accel.closest_hit_with(rest, traversal, &mut recorder),

@@ -1,4 +1,4 @@
-//! The text form of STL: a sequence of words, which line they stand in does not matter but for names.
+//! The text form of STL: words separated by white space; line breaks matter only in names.
 
 use std::path::Path;
 

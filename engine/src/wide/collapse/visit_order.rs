@@ -28,7 +28,7 @@ pub(crate) fn node_hits(area: f32, hits: [f32; 2]) -> f32 {
     left + right - left * right / area.max(f32::MIN_POSITIVE)
 }
 
-/// Hits per cost of a subtree, from either times its surface area. The upper half of the number's bits, which are ordered as the
+/// Ratio of hits to cost of a subtree; both are given multiplied by its surface area. The upper half of the number's bits, which are ordered as the
 /// numbers are.
 #[inline(always)]
 pub(crate) fn hits_per_cost(hits: f32, cost: f32) -> u16 {

@@ -112,7 +112,7 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     }
     marked.push((&[Role::Hovered], if selected.is_some() { "hovered" } else { "under the pointer" }));
     if let Some(standing) = standing {
-        // The clusters that stand are of any depth.
+        // The active clusters are of any depth.
         legend.drawn = None;
         marked = if standing.made.is_none() {
             vec![(&[Role::Hovered], "under the pointer")]
@@ -146,7 +146,7 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         let depths = if standing.is_some() && state.model.cut.wanted_cut().is_some() {
             "nodes of the cut".to_owned()
         } else if standing.is_some() {
-            "clusters that stand".to_owned()
+            "active clusters".to_owned()
         } else if first == last {
             format!("depth {first}")
         } else {
@@ -240,7 +240,7 @@ fn clusters(frame: &Frame) -> String {
         Some(Cut::Primitives(most)) => {
             format!("nodes of at most {}", format::counted(u64::from(most), "triangle"))
         }
-        Some(Cut::Clusters(_) | Cut::Step { .. }) => "clusters that stand".to_owned(),
+        Some(Cut::Clusters(_) | Cut::Step { .. }) => "active clusters".to_owned(),
     }
 }
 

@@ -22,7 +22,7 @@ const SPEED: f64 = 20.0;
 /// Nodes that the overlay draws while the view is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum CutKind {
-    /// The clusters that stand at the step.
+    /// The active clusters at the step.
     #[default]
     Step,
     /// The largest nodes up to an area.

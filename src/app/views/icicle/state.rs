@@ -162,7 +162,7 @@ impl IcicleView {
         is_same(&self.tree, accel).then_some(layout)
     }
 
-    /// The icicle of `table` in `size` columns and most levels, which is made anew only where something has changed; `None` while the
+    /// The icicle of `table` in `size` columns and most levels, recomputed only after a change; `None` while the
     /// widths are not known.
     pub fn layout(
         &mut self,

@@ -123,10 +123,9 @@ fn speed(ui: &mut Ui, merges: &mut PictureCut) {
 
 /// Number of clusters that are left, which chooses the step too.
 fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
-    let tip =
-        "Number of clusters that stand at this step. By distance, these are the last so many: a cut through the tree";
+    let tip = "Number of active clusters at this step. Ordered by distance, they are a cut through the tree";
     let most = study.merges.timeline.steps() + 1;
-    ui.label(RichText::new("Standing").color(theme::palette(ui).dim)).tip(tip);
+    ui.label(RichText::new("Active").color(theme::palette(ui).dim)).tip(tip);
     let mut left = merges.left.unwrap_or(most).clamp(1, most);
     let speed = (f64::from(left) * 0.01).max(0.1);
     let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(" clusters");
@@ -152,7 +151,7 @@ fn drawn(ui: &mut Ui, merges: &mut PictureCut) {
         (CutKind::Triangles, "of at most so many triangles"),
     ];
     let tip =
-        "Clusters over the picture: those that stand at this step, or the largest up to a size, whatever the step";
+        "Clusters over the picture: those that are active at this step, or the largest up to a size, whatever the step";
     let list = choices.map(|(choice, text)| (choice, text.to_owned()));
     choice(ui, "Clusters", tip, 120.0, &mut merges.cut_kind, &list);
     let named = |ui: &Ui, response: &Response, value: f64, label: &str| {

@@ -26,7 +26,7 @@ use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 impl View for PlotsView {
-    const PURPOSE: &'static str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and what quality takes to build";
+    const PURPOSE: &'static str = "What the SAH predicts against what rays really do: visits of nodes, cost of trees, and how long better trees take to build";
     const KEY: Key = Key::F10;
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {

@@ -1,0 +1,45 @@
+//! What rays of a picture see: the part that the section plane leaves, less the triangles that are hidden.
+
+use std::borrow::Cow;
+
+use crate::accel::first_that_counts;
+use crate::section::SectionPlane;
+use crate::visibility::TriangleSet;
+use bvhscope_engine::geometry::{Hit, Ray};
+
+/// What rays see.
+#[derive(Debug, Clone, Copy)]
+pub struct Visible<'a> {
+    pub(super) section: Option<SectionPlane>,
+    /// Triangles that rays pass through; none where nothing is hidden.
+    pub(super) hidden: Option<&'a TriangleSet>,
+}
+
+impl Visible<'_> {
+    /// The part of a ray that the section plane leaves.
+    #[inline]
+    pub fn cut(&self, ray: Ray) -> Ray {
+        self.section.map_or(ray, |plane| plane.clip(&ray))
+    }
+
+    /// The parts of rays that the section plane leaves, copied only where there is one.
+    pub(super) fn cut_all<'r>(&self, rays: &'r [Ray]) -> Cow<'r, [Ray]> {
+        match &self.section {
+            Some(plane) => rays.iter().map(|ray| plane.clip(ray)).collect(),
+            None => Cow::Borrowed(rays),
+        }
+    }
+
+    /// Whether rays pass through the triangle of this index.
+    #[inline]
+    pub(super) fn is_hidden(&self, primitive_index: u32) -> bool {
+        self.hidden.is_some_and(|hidden| hidden.contains(primitive_index))
+    }
+
+    /// The first hit of `closest` that is not hidden, in the part of a ray that the section plane leaves. Behind a hidden triangle
+    /// the ray is traced again.
+    #[inline(always)]
+    pub fn first(&self, ray: Ray, closest: impl FnMut(&Ray) -> Option<Hit>) -> Option<Hit> {
+        first_that_counts(self.cut(ray), |primitive_index| self.is_hidden(primitive_index), closest)
+    }
+}
