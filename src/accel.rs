@@ -6,7 +6,7 @@ mod follow;
 pub mod followed;
 mod read;
 mod reading;
-mod tracer;
+pub mod tracer;
 
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
@@ -23,7 +23,7 @@ use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
     AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
-    SimdLevel, Triangle, WideBvh,
+    Triangle, WideBvh,
 };
 
 use crate::budget::Budget;
@@ -32,7 +32,6 @@ use crate::scene::Scene;
 
 pub use file_tree::FileTree;
 pub use follow::Follow;
-pub use tracer::{CountedQuery, Counting, Tracer, TreeTracer, first_that_counts};
 
 /// Number of triangles sampled for the end-point overlap of a large scene.
 pub const EPO_SAMPLES: usize = 2_000;
@@ -357,11 +356,6 @@ impl Accel {
     /// Keeps the counts of a ray that enters the scene's box, `None` where no ray does. The first ones are kept.
     pub fn keep_entering(&self, counts: Option<EnteringReading>) {
         self.entering.get_or_init(|| counts);
-    }
-
-    /// What answers rays: the wide tree if it has been made, see [`Accel::widen`], else the binary one.
-    pub fn tracer(&self, simd: SimdLevel) -> TreeTracer<'_> {
-        TreeTracer::new(self, simd.level())
     }
 
     /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]

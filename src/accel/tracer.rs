@@ -3,6 +3,7 @@
 
 use fearless_simd::Level;
 
+use bvhscope_engine::SimdLevel;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, StackEntry, TestCounts, Traversal, new_stack};
 use bvhscope_engine::wide::AnyWideTree;
@@ -56,12 +57,14 @@ pub struct TreeTracer<'a> {
     level: Level,
 }
 
-impl<'a> TreeTracer<'a> {
-    /// The trees of `accel` at a SIMD level: the wide one if it has been made, see [`Accel::widen`].
-    pub(super) fn new(accel: &'a Accel, level: Level) -> Self {
-        Self { accel, wide: accel.known_wide().map(|wide| &wide.tree), level }
+impl Accel {
+    /// What answers rays at a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one.
+    pub fn tracer(&self, simd: SimdLevel) -> TreeTracer<'_> {
+        TreeTracer { accel: self, wide: self.known_wide().map(|wide| &wide.tree), level: simd.level() }
     }
+}
 
+impl TreeTracer<'_> {
     /// Traces `rays` through the binary tree with a probe for each.
     fn through_binary<P: Probe + Default>(
         &self,

@@ -7,7 +7,7 @@ use super::sampling::SampleId;
 use super::settings::HeatKind;
 use super::trace_context::TraceContext;
 use super::{srgb, surface};
-use crate::accel::Counting;
+use crate::accel::tracer::Counting;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
 

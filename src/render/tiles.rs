@@ -21,7 +21,7 @@ use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::surface;
 use super::tile::{Pass, PassCounts};
 use super::trace_context::TraceContext;
-use crate::accel::Counting;
+use crate::accel::tracer::Counting;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// The only error of [`render`]: it was cancelled.

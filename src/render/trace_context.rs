@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::accel::{CountedQuery, Counting, Tracer};
+use crate::accel::tracer::{CountedQuery, Counting, Tracer};
 use crate::camera::CameraFrame;
 use crate::scene::{Material, Scene};
 use crate::vectors::length;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::accel::first_that_counts;
+use crate::accel::tracer::first_that_counts;
 use crate::section::SectionPlane;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};

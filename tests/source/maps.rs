@@ -41,7 +41,7 @@ fn both_maps_of_each_package_name_every_module() {
         assert!(declared.len() > 10, "{declared:?}");
         // Where a module is private, the crate's own map names what is re-exported from it.
         let own: Vec<_> = mapped(source, 0).into_iter().filter(|name| name != "build_cache").collect();
-        assert_eq!(own, declared.iter().cloned().collect::<Vec<_>>(), "the map in {source}");
+        assert_eq!(own, declared, "the map in {source}");
         let others: Vec<_> = mapped("docs/architecture.md", at);
         assert_eq!(others, declared, "the table in docs/architecture.md for {source}");
     }
