@@ -132,7 +132,7 @@ impl OrientedBox {
         }
     }
 
-    /// Half of the surface area, which is enough where only ratios matter; 0 for the empty box.
+    /// Half of the surface area, at most that of the box along the axes around what it encloses; 0 for the empty box.
     pub fn half_area(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.nonempty_half_area() }
     }
@@ -143,7 +143,8 @@ impl OrientedBox {
             let d = self.bounds.max - self.bounds.min;
             return d.x * d.y + d.y * d.z + d.z * d.x;
         }
-        half_area_between(self.normals.map(Vec3::as_dvec3), self.widths()) as f32
+        // Planes in a file may be anywhere.
+        (half_area_between(self.normals.map(Vec3::as_dvec3), self.widths()) as f32).min(self.bounds.half_area())
     }
 
     /// The surface area over that of the box along the axes around what it encloses: below 1 where it is the smaller one. 1 where that

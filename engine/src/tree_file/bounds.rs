@@ -13,6 +13,8 @@ pub const MAX_COORDINATE: f32 = 1e18;
 
 /// Largest absolute coordinate of a direction across planes: 1, rounded, for which the padding of rays is made.
 const MAX_DIRECTION: f32 = 1.000_001;
+/// Shortest direction across planes: of much shorter ones, products with the directions of rays would not be numbers.
+const LEAST_DIRECTION: f32 = 1e-6;
 /// Smallest volume that three directions of length 1 span.
 const LEAST_VOLUME: f64 = 1e-6;
 
@@ -24,6 +26,11 @@ pub(super) trait FileContainer: Container + Pod {
     fn excess_of(&self, inner: &Self) -> f64;
     /// By how much `triangle` sticks out, in world units; negative or 0 where it does not.
     fn excess_of_triangle(&self, triangle: &Triangle) -> f64;
+
+    /// By how much a box along the axes sticks out, in world units; negative or 0 where it does not.
+    fn excess_of_bounds(&self, inner: &Aabb) -> f64 {
+        self.bounds().excess_of(inner)
+    }
 
     /// Reads the container of a node.
     fn read(rows: Rows<'_>, node: u32) -> Result<Self, BoundsProblem> {
@@ -124,8 +131,12 @@ impl FileContainer for OrientedBox {
             return Some(BoundsProblem::Direction(number));
         }
         let [a, b, c] = self.normals.map(Vec3::as_dvec3);
+        let shortest = [a, b, c].map(DVec3::length).into_iter().fold(f64::INFINITY, f64::min) as f32;
+        if shortest < LEAST_DIRECTION {
+            return Some(BoundsProblem::ShortDirection(shortest));
+        }
         let volume = a.dot(b.cross(c)).abs();
-        if volume < LEAST_VOLUME * a.length() * b.length() * c.length() || volume == 0.0 {
+        if volume < LEAST_VOLUME * a.length() * b.length() * c.length() {
             return Some(BoundsProblem::FlatDirections);
         }
         let inside_out = || {
@@ -137,6 +148,15 @@ impl FileContainer for OrientedBox {
 
     fn excess_of(&self, inner: &Self) -> f64 {
         self.bounds.excess_of(&inner.bounds)
+    }
+
+    fn excess_of_bounds(&self, inner: &Aabb) -> f64 {
+        let [min, max] = [inner.min, inner.max].map(Vec3::as_dvec3);
+        let beyond = self.half_spaces().map(|(normal, limit)| {
+            let reach = (normal * min).max(normal * max).element_sum();
+            (reach - limit) / normal.length()
+        });
+        beyond.into_iter().fold(self.bounds.excess_of(inner), f64::max)
     }
 
     fn excess_of_triangle(&self, triangle: &Triangle) -> f64 {

@@ -32,6 +32,9 @@ pub enum BoundsProblem {
     /// A coordinate of a direction across planes is NaN, infinite or too large.
     #[error("{0} in a direction where a number from -1 to 1 is expected")]
     Direction(f32),
+    /// A direction across planes is too short; its length.
+    #[error("a direction of length {0:e} where one of at least 1e-6 is expected")]
+    ShortDirection(f32),
     /// The directions across the planes lie in a plane, or nearly so.
     #[error("three directions that lie in a plane, between which there is no box")]
     FlatDirections,

@@ -2,11 +2,13 @@
 
 use super::arrays::{Arrays, Rows};
 use super::bounds::{FileContainer, is_usable};
+use super::cuts;
 use super::error::TreeFileError;
-use super::links::{Links, STEPS_BETWEEN_CHECKS, Set, Steps};
+use super::found::{Found, in_chunks};
+use super::links::{Links, Set, Steps};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
-use crate::kernel::parallel::{par_collect, par_tasks};
+use crate::kernel::parallel::par_collect;
 use crate::order::radix_sort;
 use crate::tree::Tree;
 use crate::tree::validate::containment_slack;
@@ -18,6 +20,10 @@ pub enum FaultKind {
     NodeOutside,
     /// Leaves out of which a triangle sticks: one that is in this leaf alone, or in several that do not enclose it together.
     LeafOutside,
+    /// Nodes whose planes cut off triangles below them, which rays do not find: oriented boxes above the leaves.
+    NodeCuts,
+    /// Nodes that were not compared with the triangles below them, because there are too many levels: oriented boxes.
+    NodeUnchecked,
     /// Triangles in no leaf, which no ray hits.
     TriangleMissing,
     /// Triangles with other corners in the file than in the mesh: the tree is of another mesh, or its triangles are in another
@@ -29,14 +35,23 @@ pub enum FaultKind {
 
 impl FaultKind {
     /// Every kind, the worst first.
-    pub const ALL: [Self; 5] =
-        [Self::NodeOutside, Self::LeafOutside, Self::TriangleMissing, Self::TriangleMoved, Self::NodeUnreached];
+    pub const ALL: [Self; 7] = [
+        Self::NodeOutside,
+        Self::LeafOutside,
+        Self::NodeCuts,
+        Self::NodeUnchecked,
+        Self::TriangleMissing,
+        Self::TriangleMoved,
+        Self::NodeUnreached,
+    ];
 
     /// Name in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::NodeOutside => "node-outside",
             Self::LeafOutside => "leaf-outside",
+            Self::NodeCuts => "node-cuts",
+            Self::NodeUnchecked => "node-unchecked",
             Self::TriangleMissing => "triangle-missing",
             Self::TriangleMoved => "triangle-moved",
             Self::NodeUnreached => "node-unreached",
@@ -78,6 +93,14 @@ impl std::fmt::Display for Fault {
                 let what = pick("leaf does not enclose its triangles", "leaves do not enclose their triangles");
                 write!(f, "{what}, which stick out by up to {excess:?}")
             }
+            FaultKind::NodeCuts => {
+                let what = pick("node cuts off triangles below it", "nodes cut off triangles below them");
+                write!(f, "{what}, which stick out by up to {excess:?}")
+            }
+            FaultKind::NodeUnchecked => {
+                f.write_str(pick("node was", "nodes were"))?;
+                f.write_str(" not compared with the triangles below, as there are too many levels")
+            }
             FaultKind::TriangleMissing => f.write_str(pick("triangle is in no leaf", "triangles are in no leaf")),
             FaultKind::TriangleMoved => {
                 let what = pick("triangle has other corners in the file", "triangles have other corners in the file");
@@ -90,21 +113,7 @@ impl std::fmt::Display for Fault {
     }
 }
 
-/// Nodes of a kind of fault, with the largest excess.
-#[derive(Default)]
-struct Found {
-    nodes: Vec<u32>,
-    excess: f64,
-}
-
 impl Found {
-    fn add(&mut self, node: u32, excess: f64) {
-        if self.nodes.last() != Some(&node) {
-            self.nodes.push(node);
-        }
-        self.excess = self.excess.max(excess);
-    }
-
     /// The fault, where there is one. `numbers` are those of the file.
     fn fault(self, kind: FaultKind, numbers: Option<&[u32]>) -> Option<Fault> {
         let number = |&node: &u32| numbers.map_or(node, |numbers| numbers.get(node as usize).copied().unwrap_or(node));
@@ -124,7 +133,7 @@ pub(super) fn find<C: FileContainer>(
 ) -> Result<Vec<Fault>, TreeFileError> {
     let slack = f64::from(containment_slack(tree));
     let mut faults = Vec::new();
-    let mut outside = in_chunks(tree, &token.part(0, 3), |number, found, _| {
+    let mut outside = in_chunks(tree, &token.part(0, 4), |number, found, _| {
         let node = &tree.nodes[number as usize];
         for child in node.children() {
             let excess = node.container.excess_of(&tree.nodes[child as usize].container);
@@ -138,13 +147,18 @@ pub(super) fn find<C: FileContainer>(
     faults.extend(outside.fault(FaultKind::NodeOutside, numbers));
     // A number of triangles that nothing bears out is not trusted with memory.
     let uses = if triangles.is_some() {
-        Uses::count(&tree.primitive_indices, arrays.triangles, &token.part(1, 3))?
+        Uses::count(&tree.primitive_indices, arrays.triangles, &token.part(1, 4))?
     } else {
-        Uses::count_sorted(&tree.primitive_indices, arrays.triangles, &token.part(1, 3))?
+        Uses::count_sorted(&tree.primitive_indices, arrays.triangles, &token.part(1, 4))?
     };
     if let Some(triangles) = triangles {
-        let outside = outside_leaves(tree, triangles, &uses, slack, &token.part(2, 3))?;
+        let outside = outside_leaves(tree, triangles, &uses, slack, &token.part(2, 4))?;
         faults.extend(outside.fault(FaultKind::LeafOutside, numbers));
+    }
+    if let Some(triangles) = triangles.filter(|_| cuts::concerns::<C>()) {
+        let cuts = cuts::find(tree, triangles, uses.has_several, &token.part(3, 4))?;
+        faults.extend(cuts.found.fault(FaultKind::NodeCuts, numbers));
+        faults.extend(cuts.unchecked.fault(FaultKind::NodeUnchecked, numbers));
     }
     let fault = |kind, count: u64, first, excess| Fault { kind, count, first, excess, nodes: Vec::new() };
     if let Some((first, count)) = uses.missing {
@@ -157,31 +171,6 @@ pub(super) fn find<C: FileContainer>(
         faults.push(fault(FaultKind::NodeUnreached, u64::from(count), first, 0.0));
     }
     Ok(faults)
-}
-
-/// Looks at each node, in parallel; the same on any number of threads. `look` polls for each primitive that it looks at.
-fn in_chunks<C: FileContainer>(
-    tree: &Tree<C>,
-    token: &CancelToken,
-    look: impl Fn(u32, &mut Found, &mut Steps<'_>) -> Result<(), Cancelled> + Sync,
-) -> Result<Found, Cancelled> {
-    let count = tree.nodes.len() as u32;
-    let chunks = count.div_ceil(STEPS_BETWEEN_CHECKS);
-    let parts = par_tasks(0..chunks, token, |chunk, token| {
-        let (mut found, mut steps) = (Found::default(), Steps::silent(token));
-        let first = chunk.saturating_mul(STEPS_BETWEEN_CHECKS);
-        (first..first.saturating_add(STEPS_BETWEEN_CHECKS).min(count))
-            .try_for_each(|node| look(node, &mut found, &mut steps))?;
-        Ok(found)
-    })?;
-    let mut all = Found::default();
-    for part in parts {
-        token.check()?;
-        all.nodes.extend(part.nodes);
-        all.excess = all.excess.max(part.excess);
-    }
-    token.set_progress(1.0);
-    Ok(all)
 }
 
 /// How often triangles are in leaves.

@@ -47,6 +47,10 @@ mod links;
 
 mod assemble;
 
+mod found;
+
+mod cuts;
+
 mod faults;
 
 mod read;

@@ -3,6 +3,7 @@
 use super::arrays::{Arrays, Rows};
 use super::assemble::{Assembled, assemble};
 use super::bounds::FileContainer;
+use super::cuts;
 use super::error::TreeFileError;
 use super::faults::{self, Fault};
 use super::header::{Header, Parsed, parse};
@@ -136,13 +137,16 @@ fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
         ContainerKind::Dop14 => size_of::<Node<Dop14>>(),
         ContainerKind::Oriented => size_of::<Node<OrientedBox>>(),
     };
-    let per_node = (node as u64).saturating_add(OF_LINKS).saturating_add(faults::BYTES_PER_NODE);
+    let is_oriented = u64::from(parsed.kind == ContainerKind::Oriented);
+    let of_cuts = [cuts::BYTES_PER_NODE, cuts::BYTES_PER_TRIANGLE].map(|bytes| bytes.saturating_mul(is_oriented));
+    let per_node = [OF_LINKS, faults::BYTES_PER_NODE, of_cuts[0]].into_iter().fold(node as u64, u64::saturating_add);
     let (of_index, of_triangle) = match (has_mesh, arrays.corners) {
         (true, _) => (0, faults::BYTES_PER_TRIANGLE),
         (false, Some(_)) => (0, faults::BYTES_PER_TRIANGLE.saturating_add(size_of::<Triangle>() as u64)),
         (false, None) => (faults::BYTES_PER_INDEX, 0),
     };
     let per_index = of_index.saturating_add(size_of::<u32>() as u64);
+    let of_triangle = of_triangle.saturating_add(of_cuts[1]);
     [(arrays.nodes, per_node), (arrays.indices, per_index), (arrays.triangles, of_triangle)]
         .into_iter()
         .map(|(count, bytes)| u64::from(count).saturating_mul(bytes))

@@ -77,7 +77,10 @@ pub(crate) fn collapse_cost<S: Simd>(
 fn distribute_lanes<S: Simd>(simd: S, left: f32x8<S>, right: f32x8<S>) -> (f32x8<S>, u32x8<S>) {
     let left_costs = left.to_array();
     let infinity = f32x8::splat(simd, f32::INFINITY);
-    let (mut costs, mut lanes) = (infinity, u32x8::splat(simd, 0));
+    // One lane for the left node unless another number is cheaper, so that both have one whatever their costs are: areas add up to
+    // infinity.
+    let mut costs = infinity.slide::<{ WIDTH - 1 }>(right) + f32x8::splat(simd, left_costs[0]);
+    let mut lanes = u32x8::from_slice(simd, &LEFT_LANES[0]);
     // Considers each number of lanes for the left node; the right one gets the rest.
     macro_rules! distribute_lanes {
         ($($left:literal),*) => {$({
@@ -87,7 +90,7 @@ fn distribute_lanes<S: Simd>(simd: S, left: f32x8<S>, right: f32x8<S>) -> (f32x8
             lanes = cheaper.select(u32x8::from_slice(simd, &LEFT_LANES[$left - 1]), lanes);
         })*};
     }
-    distribute_lanes!(1, 2, 3, 4, 5, 6, 7);
+    distribute_lanes!(2, 3, 4, 5, 6, 7);
     (costs, lanes)
 }
 

@@ -6,6 +6,7 @@ mod n_ary;
 mod faults;
 mod mutations;
 mod orders;
+mod oriented;
 mod refusals;
 mod round_trips;
 mod tables;
