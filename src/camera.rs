@@ -53,6 +53,12 @@ pub const DEFAULT_FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 const LEAST_DISTANCE: f32 = 1e-31;
 
 impl Camera {
+    /// The camera moved, without a turn.
+    #[must_use]
+    pub fn shifted(self, shift: Vec3) -> Self {
+        Self { eye: self.eye + shift, target: self.target + shift, ..self }
+    }
+
     /// The default camera of a model, in the window and on the command line: perspective with a field of view of 45°, looking
     /// at the centre of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (rotated accordingly for another `up`), at
     /// the distance at which the box fills 90 % of a square picture ([`Camera::frame`]).

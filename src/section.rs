@@ -1,8 +1,6 @@
 //! The section plane: cuts a model and its containers open, in the picture and in the overlay alike.
 
-use std::fmt;
-
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use bvhscope_engine::geometry::{Aabb, Ray, Sphere};
@@ -134,15 +132,26 @@ impl SectionPlane {
     }
 }
 
-/// As the command line takes it: `x=0.5`, `-y=2`, `0.6,0.8,0=1`.
-impl fmt::Display for SectionPlane {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl SectionPlane {
+    /// As the command line takes it, `x=0.5`, `-y=2` or `0.6,0.8,0=1`: in the coordinates of the file, of which those of the scene are
+    /// less by `origin`.
+    pub fn in_file(&self, origin: DVec3) -> String {
+        let along = |normal: Vec3, offset: f32| {
+            // With no more decimals than single precision has.
+            offset.to_string().parse().unwrap_or(f64::from(offset)) + normal.as_dvec3().dot(origin)
+        };
         if let Some(axis) = self.axis() {
-            return write!(f, "{}{}={}", if self.flipped { "-" } else { "" }, AXES[axis].0, self.offset);
+            let sign = if self.flipped { "-" } else { "" };
+            return format!("{sign}{}={}", AXES[axis].0, along(self.normal, self.offset));
         }
         // A minus before the numbers is the first one's own, so the flipped plane is written with the opposite normal.
         let (normal, offset) = self.outward();
-        write!(f, "{},{},{}={offset}", normal.x, normal.y, normal.z)
+        format!("{},{},{}={}", normal.x, normal.y, normal.z, along(normal, offset))
+    }
+
+    /// Moves it with coordinates that become larger by `shift`.
+    pub fn shift(&mut self, shift: Vec3) {
+        self.offset += self.normal.dot(shift);
     }
 }
 
@@ -151,8 +160,8 @@ impl fmt::Display for SectionPlane {
 pub struct SectionChoice {
     /// Unit normal.
     normal: Vec3,
-    /// Offset in world units, or in percent of the model's size along the normal.
-    position: f32,
+    /// Offset in the coordinates of the file, or in percent of the model's size along the normal.
+    position: f64,
     is_percent: bool,
     flipped: bool,
 }
@@ -178,18 +187,20 @@ impl SectionChoice {
             }
         };
         let (number, is_percent) = position.strip_suffix('%').map_or((position, false), |number| (number, true));
-        let position = number.trim().parse().ok().filter(|position: &f32| position.is_finite()).ok_or_else(expected)?;
+        let position =
+            number.trim().parse().ok().filter(|position: &f64| (*position as f32).is_finite()).ok_or_else(expected)?;
         Ok(Self { normal, position, is_percent, flipped })
     }
 
-    /// The plane in a model of these bounds.
-    pub fn plane(&self, bounds: &Aabb) -> SectionPlane {
-        let plane = SectionPlane { normal: self.normal, offset: self.position, flipped: self.flipped };
+    /// The plane in a model of these bounds, whose coordinates are less than those of its file by `origin`.
+    pub fn plane(&self, bounds: &Aabb, origin: DVec3) -> SectionPlane {
+        let along = self.position - self.normal.as_dvec3().dot(origin);
+        let plane = SectionPlane { normal: self.normal, offset: along as f32, flipped: self.flipped };
         if !self.is_percent {
             return plane;
         }
         let [low, high] = plane.reach(bounds);
-        SectionPlane { offset: low + (high - low) * self.position / 100.0, ..plane }
+        SectionPlane { offset: low + (high - low) * self.position as f32 / 100.0, ..plane }
     }
 }
 
@@ -226,13 +237,21 @@ mod tests {
 
     #[test]
     fn a_choice_is_parsed_and_printed() {
-        let plane = |text: &str| SectionChoice::parse(text).unwrap().plane(&CUBE);
+        let plane = |text: &str| SectionChoice::parse(text).unwrap().plane(&CUBE, DVec3::ZERO);
         assert_eq!(plane("x=0.5"), SectionPlane { normal: Vec3::X, offset: 0.5, flipped: false });
         assert_eq!(plane("-y=25%"), SectionPlane { normal: Vec3::Y, offset: 0.0, flipped: true });
         assert_eq!(plane("z=-2"), SectionPlane { normal: Vec3::Z, offset: -2.0, flipped: false });
         for text in ["x=0.5", "-z=-1.25", "0.6,0.8,0=1", "-0.6,0.8,0=1"] {
-            assert_eq!(plane(&plane(text).to_string()), plane(text), "{text}");
+            assert_eq!(plane(&plane(text).in_file(DVec3::ZERO)), plane(text), "{text}");
         }
+        // The same planes in a file whose coordinates are larger.
+        let origin = DVec3::new(408_204.0, 4_080_928.0, -0.5);
+        for (text, in_file) in [("x=0.5", "x=408204.5"), ("-z=-1.25", "-z=-1.75"), ("-y=0.1", "-y=4080928.1")] {
+            assert_eq!(plane(text).in_file(origin), in_file);
+            assert_eq!(SectionChoice::parse(in_file).unwrap().plane(&CUBE, origin), plane(text));
+        }
+        let percent = SectionChoice::parse("0,-1,0=25%").unwrap();
+        assert_eq!(percent.plane(&CUBE, origin), percent.plane(&CUBE, DVec3::ZERO));
         for bad in ["", "x", "x=", "w=1", "x=nan", "1,2=3", "0,0,0=1", "x=1%%"] {
             assert!(SectionChoice::parse(bad).is_err(), "{bad}");
         }

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Characters of a name from a file that [`quoted`] keeps.
 const MAX_QUOTED: usize = 60;
@@ -38,12 +38,48 @@ fn is_unprintable(character: char) -> bool {
 
 /// A path as messages show it.
 pub fn shown_path(path: &Path) -> String {
-    printable(&path.to_string_lossy()).into_owned()
+    printable(&path_text(path)).into_owned()
+}
+
+/// A path as text. Bytes of a name that is not UTF-8 are escaped, so that names that differ look different.
+///
+/// ```
+/// assert_eq!(bvhscope::text::path_text("a/é.obj".as_ref()), "a/é.obj");
+/// # #[cfg(unix)] {
+/// # use std::os::unix::ffi::OsStrExt as _;
+/// let name = std::ffi::OsStr::from_bytes(b"\xe9.obj");
+/// assert_eq!(bvhscope::text::path_text(name.as_ref()), r"\xe9.obj");
+/// # }
+/// ```
+pub fn path_text(path: &Path) -> Cow<'_, str> {
+    if let Some(text) = path.to_str() {
+        return Cow::Borrowed(text);
+    }
+    let mut text = String::new();
+    for part in path.as_os_str().as_encoded_bytes().utf8_chunks() {
+        text.push_str(part.valid());
+        text.extend(part.invalid().iter().map(|byte| format!("\\x{byte:02x}")));
+    }
+    Cow::Owned(text)
+}
+
+/// `text` without its middle part where it is long: the first and the last of its bytes, as many as `kept`.
+///
+/// ```
+/// assert_eq!(bvhscope::text::without_middle("from here to there", [4, 5]), "from … there");
+/// ```
+pub fn without_middle(text: &str, kept: [usize; 2]) -> Cow<'_, str> {
+    let end = text.ceil_char_boundary(text.len().saturating_sub(kept[1]));
+    let start = text.floor_char_boundary(kept[0]);
+    match (text.get(..start), text.get(end..)) {
+        (Some(head), Some(tail)) if start < end => Cow::Owned(format!("{head} … {tail}")),
+        _ => Cow::Borrowed(text),
+    }
 }
 
 /// Name of a file without its folder; the whole path where it ends in none.
 pub fn file_name(path: &Path) -> Cow<'_, str> {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
+    path_text(path.file_name().map_or(path, Path::new))
 }
 
 /// A name or number from a file in single quotes, without its rest where it is long.
@@ -53,6 +89,7 @@ pub fn file_name(path: &Path) -> Cow<'_, str> {
 ///
 /// assert_eq!(quoted(b"wood"), "'wood'");
 /// assert_eq!(quoted(b"\xff\0"), "'\u{fffd}\\u{0}'");
+/// assert_eq!(quoted("0\u{a0}1 2"), "'0\\u{a0}1 2'");
 /// assert_eq!(quoted(&[b'7'; 300]).chars().count(), 63);
 /// ```
 pub fn quoted(name: impl AsRef<[u8]>) -> String {
@@ -61,7 +98,17 @@ pub fn quoted(name: impl AsRef<[u8]>) -> String {
     let start = bytes.get(..4 * (MAX_QUOTED + 1)).unwrap_or(bytes);
     let text = String::from_utf8_lossy(start);
     let kept = cut(&text, MAX_QUOTED + 1);
-    format!("'{}'", printable(&kept))
+    // Spaces of other kinds would be shown as the one that they are not.
+    let is_other_space = |character: char| character != ' ' && character.is_whitespace() || character == '\u{ad}';
+    if !kept.contains(is_other_space) {
+        return format!("'{}'", printable(&kept));
+    }
+    let shown = kept.split_inclusive(is_other_space).flat_map(|part| {
+        let space = part.chars().next_back().filter(|&last| is_other_space(last));
+        let before = part.strip_suffix(is_other_space).unwrap_or(part);
+        [printable(before), space.map_or(Cow::Borrowed(""), |space| space.escape_default().to_string().into())]
+    });
+    format!("'{}'", shown.collect::<String>())
 }
 
 /// `text`, ended by an ellipsis after `most` - 1 characters where it has more than `most`.
@@ -119,6 +166,20 @@ pub fn count(value: u64) -> String {
     text
 }
 
+/// A number without its decimals, with its thousands separated; from 1e15 on by its power of ten, as a double does not know all
+/// digits of it.
+///
+/// ```
+/// assert_eq!([12_345.4, -1e6, 2e30].map(bvhscope::text::whole), ["12,345", "-1,000,000", "2.000e30"]);
+/// ```
+pub fn whole(value: f64) -> String {
+    let size = value.abs().round();
+    if size.is_nan() || size >= 1e15 {
+        return format!("{value:.3e}");
+    }
+    format!("{}{}", if value < 0.0 && size > 0.0 { "-" } else { "" }, count(size as u64))
+}
+
 /// A number with about four digits: 0.123, 12.34, 123.4, 12,345; one that is not known as a dash.
 ///
 /// ```
@@ -131,25 +192,39 @@ pub fn number(value: f64) -> String {
         size if size < 10.0 => format!("{value:.3}"),
         size if size < 100.0 => format!("{value:.2}"),
         size if size < 1000.0 => format!("{value:.1}"),
-        size if value < 0.0 => format!("-{}", count(size.round() as u64)),
-        size if size.is_finite() => count(size.round() as u64),
-        _ => format!("{value}"),
+        _ => whole(value),
     }
 }
 
-/// A number with a noun that stands in its plural, and in its singular where the number is 1. What follows the noun is kept, so
-/// it must not depend on the number: "triangles left out", not "triangles are left out".
+/// A number with a noun that stands in its plural, and in its singular where the number is 1. What follows the noun, the first word
+/// in the plural, is kept, so it must not depend on the number: "triangles left out", not "triangles are left out".
 ///
 /// ```
 /// use bvhscope::text::counted;
 ///
 /// assert_eq!(counted(2, "vertices without a normal"), "2 vertices without a normal");
 /// assert_eq!(counted(1, "vertices without a normal"), "1 vertex without a normal");
+/// assert_eq!(counted(1, "morph targets left out"), "1 morph target left out");
 /// ```
 pub fn counted(count: u64, plural: &str) -> String {
-    let end = plural.find(|character: char| !character.is_ascii_alphabetic()).unwrap_or(plural.len());
-    let (noun, rest) = plural.split_at(end);
-    if count == 1 { format!("1 {}{rest}", singular(noun)) } else { format!("{count} {plural}") }
+    if count == 1 { format!("1 {}", with_singular(plural)) } else { format!("{count} {plural}") }
+}
+
+/// `text` with the singular of the first word in the plural, of those before anything but letters and single spaces.
+fn with_singular(text: &str) -> String {
+    let mut start = 0;
+    for word in text.split(' ') {
+        let end = start + word.find(|character: char| !character.is_ascii_alphabetic()).unwrap_or(word.len());
+        let one = singular(&text[start..end]);
+        if one != text[start..end] {
+            return format!("{}{one}{}", &text[..start], &text[end..]);
+        }
+        if end < start + word.len() {
+            break;
+        }
+        start = (end + 1).min(text.len());
+    }
+    text.to_owned()
 }
 
 /// The change from `before` to `after` as a factor, where percentages would be hard to read, from threefold and from a third on: `× 224`,
@@ -165,7 +240,7 @@ pub fn counted(count: u64, plural: &str) -> String {
 pub fn factor(before: f64, after: f64) -> Option<String> {
     let is_usable = |value: f64| value > 0.0 && value.is_finite();
     let (sign, factor) = if after < before { ('÷', before / after) } else { ('×', after / before) };
-    let digits = if factor >= 9.95 { count(factor.round() as u64) } else { format!("{factor:.1}") };
+    let digits = if factor >= 9.95 { whole(factor) } else { format!("{factor:.1}") };
     (is_usable(before) && is_usable(after) && factor >= 3.0).then(|| format!("{sign} {digits}"))
 }
 
@@ -182,17 +257,17 @@ fn singular(noun: &str) -> Cow<'_, str> {
     Cow::Borrowed(stem.or_else(|| noun.strip_suffix('s')).unwrap_or(noun))
 }
 
-/// Parses a point `X,Y,Z`, with or without spaces.
+/// Parses a point `X,Y,Z`, with or without spaces; numbers in the range of single precision.
 ///
 /// # Errors
 ///
 /// Fails with what is expected where these are not three finite numbers.
-pub fn parse_vector(text: &str) -> Result<Vec3, String> {
+pub fn parse_vector(text: &str) -> Result<DVec3, String> {
     let expected = || "three finite numbers X,Y,Z are expected, as in 0,1.5,-2".to_owned();
-    let parts: Vec<f32> =
+    let parts: Vec<f64> =
         text.split(',').map(|part| part.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
     match parts[..] {
-        [x, y, z] if Vec3::new(x, y, z).is_finite() => Ok(Vec3::new(x, y, z)),
+        [x, y, z] if DVec3::new(x, y, z).as_vec3().is_finite() => Ok(DVec3::new(x, y, z)),
         _ => Err(expected()),
     }
 }
@@ -206,7 +281,9 @@ pub fn parse_direction(text: &str) -> Result<Vec3, String> {
     let value = parse_vector(text)?;
     // Divided first, since the square of a long or short direction is no number.
     let scaled = (value / value.abs().max_element()).try_normalize();
-    scaled.ok_or_else(|| format!("the direction {},{},{} points nowhere", value.x, value.y, value.z))
+    scaled
+        .map(DVec3::as_vec3)
+        .ok_or_else(|| format!("the direction {},{},{} points nowhere", value.x, value.y, value.z))
 }
 
 #[cfg(test)]
@@ -232,7 +309,9 @@ mod tests {
             ("boxes", "1 box"),
             ("faces", "1 face"),
             ("libraries not found", "1 library not found"),
-            ("texture sets", "1 texture sets"),
+            ("texture sets", "1 texture set"),
+            ("morph targets left out: numbers", "1 morph target left out: numbers"),
+            ("'faces' of lines", "1 'faces' of lines"),
             ("", "1 "),
         ] {
             assert_eq!(counted(1, many), one);

@@ -1,9 +1,9 @@
 //! Named views of a model, and cameras specified in part. Shared by the command line and the window.
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
-use crate::scene::{FileCamera, Interior, Scene};
+use crate::scene::{FileCamera, Interior, Scene, from_file, to_file};
 
 /// Vertical field of view inside a model in radians: 60 degrees.
 const INSIDE_FOV_Y: f32 = std::f32::consts::FRAC_PI_3;
@@ -95,10 +95,12 @@ pub struct CameraChoice {
     pub view: NamedView,
     /// The camera of the file in its place, counted from 0.
     pub of_file: Option<usize>,
-    /// Position of the observer in world units.
-    pub eye: Option<Vec3>,
-    /// The point at the centre of the picture.
-    pub target: Option<Vec3>,
+    /// A camera in the coordinates of the scene, in the place of either.
+    pub of_scene: Option<Camera>,
+    /// Position of the observer, in the coordinates of the file.
+    pub eye: Option<DVec3>,
+    /// The point at the centre of the picture, in the coordinates of the file.
+    pub target: Option<DVec3>,
     /// The up direction, of unit length.
     pub up: Option<Vec3>,
     /// Vertical field of view in radians. Without `eye` the distance is adapted, so that the model fills the picture
@@ -108,29 +110,23 @@ pub struct CameraChoice {
     pub orthographic: bool,
 }
 
-/// The camera as it is, whatever the scene.
-impl From<Camera> for CameraChoice {
-    fn from(camera: Camera) -> Self {
-        let Camera { eye, target, up, fov_y, projection } = camera;
-        let orthographic = projection == Projection::Orthographic;
-        let view = NamedView::default();
-        Self {
-            view,
-            of_file: None,
-            eye: Some(eye),
-            target: Some(target),
-            up: Some(up),
-            fov_y: Some(fov_y),
-            orthographic,
-        }
-    }
-}
-
 impl CameraChoice {
+    /// The camera as it is, in the coordinates of the scene.
+    pub fn of_scene(camera: Camera) -> Self {
+        Self { of_scene: Some(camera), ..Self::default() }
+    }
+
+    /// The camera where it is in the file, of whose coordinates its own are less by `offset`.
+    pub fn in_file(camera: Camera, offset: DVec3) -> Self {
+        let [eye, target] = [camera.eye, camera.target].map(|point| Some(to_file(point, offset)));
+        Self { eye, target, ..Self::of_scene(camera) }
+    }
+
     /// The camera for a scene.
     pub fn camera(&self, scene: &Scene) -> Camera {
-        let own = self.of_file.and_then(|index| scene.cameras.get(index));
-        let mut camera = own.map_or_else(|| self.view.camera(scene, scene.up), of_file);
+        let of_file = self.of_file.and_then(|index| scene.cameras.get(index)).map(of_file);
+        let own = self.of_scene.or(of_file);
+        let mut camera = own.unwrap_or_else(|| self.view.camera(scene, scene.up));
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
             let is_inside = self.view == NamedView::Default && (scene.interior.is_some() || scene.starts_at_camera);
@@ -144,12 +140,12 @@ impl CameraChoice {
         if self.orthographic {
             camera.projection = Projection::Orthographic;
         }
-        if let Some(target) = self.target {
+        if let Some(target) = self.target.map(|target| from_file(target, scene.offset)) {
             // A target alone moves the whole camera, so that the direction of the view stays.
             camera.eye += target - camera.target;
             camera.target = target;
         }
-        if let Some(eye) = self.eye {
+        if let Some(eye) = self.eye.map(|eye| from_file(eye, scene.offset)) {
             camera.eye = eye;
         }
         camera

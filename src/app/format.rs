@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::catalog::metrics::{Form, Metric};
 use crate::catalog::numbers::{Digits, Number};
 pub use crate::text::count;
-use crate::text::factor;
+use crate::text::{factor, whole};
 
 /// A count with its noun, in the plural unless it is 1: `1 triangle`, `69,451 triangles`.
 pub fn counted(value: u64, noun: &str) -> String {
@@ -24,7 +24,7 @@ pub fn significant(value: f64) -> String {
     if magnitude == 0.0 {
         "0".to_owned()
     } else if magnitude >= 99.95 {
-        let text = count(magnitude.round() as u64);
+        let text = whole(magnitude);
         if value < 0.0 { format!("−{text}") } else { text }
     } else {
         let decimals = (2 - magnitude.log10().floor() as i32).clamp(1, 6) as usize;
@@ -66,10 +66,10 @@ pub fn duration_parts(value: Duration) -> (String, &'static str) {
 /// A number of the catalogue as the window writes it, without its unit; smallest, mean and largest between slashes.
 pub fn of_number(number: &Number, value: &Value) -> String {
     let text = |value: f64| match number.digits {
-        Digits::Count => count(value as u64),
+        Digits::Count => whole(value),
         Digits::Bytes => bytes(value as usize),
         // Least and most are whole numbers beside a mean.
-        _ if value.fract() == 0.0 && number.compared.is_none() => count(value as u64),
+        _ if value.fract() == 0.0 && number.compared.is_none() => whole(value),
         _ => significant(value),
     };
     let parts = value.as_array().map_or_else(|| std::slice::from_ref(value), Vec::as_slice);

@@ -91,7 +91,10 @@ const OWN: [(&str, &[Field]); 6] = [
             ("has_colors", "It has colours of vertices"),
             ("bounds_min", "Smallest coordinates, those of the file"),
             ("bounds_max", "Largest coordinates, those of the file"),
-            ("offset", "Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it"),
+            (
+                "offset",
+                "Subtracted from the coordinates of the file in the containers of trees; cameras and rays are in those of the file",
+            ),
             ("scene_up", "The up direction of the model"),
             (
                 "cameras",

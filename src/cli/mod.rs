@@ -27,6 +27,7 @@ use crate::headless::plot::PlotCommand;
 use crate::headless::{Context, Failure, Finished, ignore_missing_reader};
 use crate::lab::Job;
 use crate::scene::LoadOptions;
+use crate::text::without_middle;
 use crate::threads::start_global_pool;
 use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs, TreesFromFilesArgs};
 use bvhscope_engine::cancel::CancelToken;
@@ -107,7 +108,7 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> u8 {
             signals::INTERRUPTED
         }
         Err(failure @ Failure::Failed(_)) => {
-            note(format_args!("bvhscope: {failure}"));
+            note(format_args!("bvhscope: {}", without_middle(&failure.to_string(), usage::KEPT_OF_MESSAGE)));
             1
         }
     }

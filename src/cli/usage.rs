@@ -6,7 +6,7 @@ use std::io::{IsTerminal as _, Write as _};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::console::{self, Output, note};
-use crate::text::printable;
+use crate::text::{printable, without_middle};
 
 /// Prints `error`, which may also be the help or the version that was asked for, and returns the exit code.
 pub fn print(mut error: clap::Error) -> u8 {
@@ -35,9 +35,12 @@ pub fn print(mut error: clap::Error) -> u8 {
     }
 }
 
+/// Bytes of the beginning and of the end of a long message that are kept: it may repeat an argument of any length.
+pub const KEPT_OF_MESSAGE: [usize; 2] = [2_000, 500];
+
 /// An error with a message of our own, as clap shows it.
 pub fn error(mut command: clap::Command, kind: clap::error::ErrorKind, text: &str) -> clap::Error {
-    command.error(kind, console::printable_lines(text))
+    command.error(kind, console::printable_lines(&without_middle(text, KEPT_OF_MESSAGE)))
 }
 
 /// Flags of the settings of a tree that commands lack, because they measure all values, and the tip in place of each.
@@ -73,14 +76,21 @@ fn drop_tip_about_values(error: &mut clap::Error) {
     }
 }
 
-/// Escapes what was given on the command line, and may drive the terminal that it is shown on.
+/// Bytes of the beginning and of the end of a long text that are kept of what was given.
+const KEPT_BYTES: [usize; 2] = [200, 50];
+
+fn shown(text: &str) -> String {
+    printable(&without_middle(text, KEPT_BYTES)).into_owned()
+}
+
+/// Escapes and shortens what was given on the command line, and may drive the terminal that it is shown on.
 fn escape(error: &mut clap::Error) {
     let escaped: Vec<(ContextKind, ContextValue)> = error
         .context()
         .filter_map(|(kind, value)| match value {
-            ContextValue::String(text) => Some((kind, ContextValue::String(printable(text).into_owned()))),
+            ContextValue::String(text) => Some((kind, ContextValue::String(shown(text)))),
             ContextValue::Strings(texts) => {
-                Some((kind, ContextValue::Strings(texts.iter().map(|text| printable(text).into_owned()).collect())))
+                Some((kind, ContextValue::Strings(texts.iter().map(|text| shown(text)).collect())))
             }
             _ => None,
         })

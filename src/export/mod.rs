@@ -55,6 +55,21 @@ fn checked_place(path: &Path, protected: &Protected) -> Result<PathBuf, ExportEr
     Ok(place)
 }
 
+/// The message about a file that does not end as it must, which `text` says. A name such as `.png` is an ending with nothing before it.
+///
+/// ```
+/// use bvhscope::export::wrong_ending;
+///
+/// assert_eq!(wrong_ending("a.txt".as_ref(), "it must end in .png"), "a.txt: it must end in .png");
+/// assert_eq!(wrong_ending(".png".as_ref(), "it must end in .png"), ".png: has no name before its ending: it must end in .png");
+/// ```
+pub fn wrong_ending(path: &Path, text: &str) -> String {
+    let name = path.file_name().map(std::ffi::OsStr::as_encoded_bytes).unwrap_or_default();
+    let is_ending = path.extension().is_none() && name.starts_with(b".");
+    let fault = if is_ending { "has no name before its ending: " } else { "" };
+    format!("{}: {fault}{text}", shown_path(path))
+}
+
 /// Writes `path`, which is none of the `protected` files, through `fill`. On failure an existing file of that name is left
 /// unchanged.
 pub fn write_file(

@@ -18,7 +18,7 @@ use crate::budget::Budget;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::numbers::rows::{LEAVES, NODES};
 use crate::console::{printable_json, printable_lines};
-use crate::export::{Protected, check_target};
+use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
 use crate::lab::report_table::{difference_table, number};
@@ -26,7 +26,7 @@ use crate::lab::{Contender, Measurement, Setup, Subject};
 use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
-use crate::text::{count, shown_path};
+use crate::text::count;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Passes};
 
@@ -130,7 +130,7 @@ fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
     if let Some(path) = &command.output {
         if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
             let text = "the file must end in .png: no other format is written here";
-            return Err(Failure::Usage(format!("{}: {text}", shown_path(path))));
+            return Err(Failure::Usage(wrong_ending(path, text)));
         }
         check_target(path, read)?;
     }

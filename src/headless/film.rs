@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::context::Failure;
 use super::picture::{check_written, encoding_error, png_encoder, write_png};
-use crate::export::{Protected, check_target, write_file};
+use crate::export::{Protected, check_target, write_file, wrong_ending};
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -56,10 +56,8 @@ pub(super) fn check_output(output: &Path, read: &Protected) -> Result<(), Failur
         return Ok(());
     }
     if output.extension().is_some() && !output.is_dir() {
-        return Err(Failure::Usage(format!(
-            "{}: the film must end in .gif or .png, or be a folder for pictures, whose name has no extension",
-            shown_path(output)
-        )));
+        let text = "the film must end in .gif or .png, or be a folder for pictures, whose name has no extension";
+        return Err(Failure::Usage(wrong_ending(output, text)));
     }
     if output.is_dir() || !output.exists() {
         return Ok(());

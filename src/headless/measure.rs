@@ -223,9 +223,20 @@ impl Run<'_> {
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv.is_some() || command.output.plot.is_some();
-        let Self { rows, output_failure, .. } = self;
+        let Self { rows, output_failure, finished, .. } = self;
+        // Frames of a clip have warnings of their own.
+        let known = subject.scene.warnings.entries.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let mut noted = (None, Vec::new());
         let out = &mut *context.out;
         let mut row = |measured: Measurement| {
+            let own: Vec<String> =
+                measured.warnings.iter().filter(|warning| !known.contains(warning)).cloned().collect();
+            finished.warned |= !own.is_empty();
+            let moment = measured.motion.as_ref().map(|motion| motion.time_s);
+            if noted != (moment, own.clone()) {
+                progress.suspend(|| note_moment(source, moment, &own));
+                noted = (moment, own);
+            }
             // Rows are reported as they come: as JSON lines, or as notes on stderr before the table.
             if !command.output.json {
                 progress.suspend(|| note(format_args!("bvhscope: {}", summary(&measured))));
@@ -269,6 +280,14 @@ impl Run<'_> {
             trees.extend(oriented);
         }
         Ok(trees)
+    }
+}
+
+/// Prints the warnings of a model at a moment to stderr.
+fn note_moment(source: &SceneSource, seconds: Option<f32>, warnings: &[String]) {
+    for warning in warnings {
+        let at = seconds.map_or_else(String::new, |seconds| format!("at {seconds} s: "));
+        note(format_args!("bvhscope: {}: {at}{warning}", printable(&source.to_string())));
     }
 }
 

@@ -25,6 +25,7 @@ use crate::lab::merges::{History, Merges};
 use crate::overlay::OverlaySettings;
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
+use crate::text::counted;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::MergeOrder;
@@ -123,7 +124,7 @@ fn write_film(
     let delay = Duration::from_millis(u64::from(100 / command.rate.max(1)) * 10);
     let film = Film { output: &command.output, size_px: size, count, delays: [delay, LAST_FRAME] };
     film.write(read, &mut drawn, token)?;
-    note_written(&command.output, &format!("{count} frames of {}×{} pixels", size[0], size[1]));
+    note_written(&command.output, &counted(count as u64, &format!("frames of {}×{} pixels", size[0], size[1])));
     Ok(())
 }
 

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::context::{Failure, in_pool};
+use crate::console::note;
 use crate::scene::{Clip, Moment, Scene};
-use crate::text::quoted;
+use crate::text::{number, printable, quoted};
 use bvhscope_engine::cancel::CancelToken;
 
 /// Most frames of a film.
@@ -55,8 +56,16 @@ impl Times {
             Self::Range([from, to], _) => (format!("{from}..{to}"), [from, to]),
         };
         let Clip { name, start, end } = clip;
-        (first < start - ROUNDED || last > end + ROUNDED)
-            .then(|| format!("{} {given}: clip {} lasts from {start:.3} to {end:.3} s", self.flag(), quoted(name)))
+        // Before its first key, which may be later than the beginning, a clip stands still.
+        (first < start.min(0.0) - ROUNDED || last > end + ROUNDED).then(|| {
+            format!(
+                "{} {given}: clip {} lasts from {} to {} s",
+                self.flag(),
+                quoted(name),
+                number((*start).into()),
+                number((*end).into())
+            )
+        })
     }
 
     /// The times, in order, of a model whose frames are so many seconds apart.
@@ -100,7 +109,11 @@ impl MomentChoice {
     /// `scene` at the first chosen moment; as it is where none is chosen.
     pub(super) fn first(&self, scene: Arc<Scene>, token: &CancelToken) -> Result<Arc<Scene>, Failure> {
         match self.of(&scene)?.first() {
-            Some(&moment) => Ok(Arc::new(in_pool(|| scene.at(moment, token))?)),
+            Some(&moment) => {
+                let posed = in_pool(|| scene.at(moment, token))?;
+                note_lost(&posed, moment.seconds);
+                Ok(Arc::new(posed))
+            }
             None => Ok(scene),
         }
     }
@@ -125,6 +138,15 @@ impl MomentChoice {
         let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], at);
         Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())
     }
+}
+
+/// Prints how many triangles of a model are lost at a moment to stderr, as the warnings of a model; whether there are any.
+pub(super) fn note_lost(scene: &Scene, seconds: f32) -> bool {
+    let lost = scene.lost_at_moment();
+    if let Some(lost) = lost {
+        note(format_args!("bvhscope: {}: at {seconds} s: {lost}", printable(&scene.source.to_string())));
+    }
+    lost.is_some()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
@@ -14,10 +15,20 @@ use crate::console::{printable_json, printable_lines};
 use crate::lab::Conditions;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
 use crate::render::{RayKind, RayStart, RenderSettings};
-use crate::scene::SceneSource;
+use crate::scene::{SceneSource, from_file, to_file};
 use crate::section::SectionChoice;
 use crate::view::CameraChoice;
+use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::BuildSettings;
+
+/// Where a ray comes from, before the model is loaded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ChosenStart {
+    /// A pixel of the picture.
+    Pixel([u32; 2]),
+    /// A point in the coordinates of the file, and a direction of length 1.
+    Given(DVec3, Vec3),
+}
 
 /// Settings of `ray`.
 #[derive(Debug, Clone)]
@@ -37,7 +48,7 @@ pub struct RayCommand {
     /// The section plane; `None` for the whole model.
     pub section: Option<SectionChoice>,
     /// Where the ray comes from.
-    pub start: RayStart,
+    pub start: ChosenStart,
     /// Its purpose.
     pub kind: RayKind,
     /// The traversal.
@@ -53,13 +64,18 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     }
     let scene = context.load(&command.source)?;
     let request = RayRequest {
-        start: command.start,
+        start: match command.start {
+            ChosenStart::Pixel(pixel) => RayStart::Pixel(pixel),
+            ChosenStart::Given(origin, direction) => {
+                RayStart::Given(Ray::new(from_file(origin, scene.offset), direction))
+            }
+        },
         kind: command.kind,
         method: command.method,
         camera: camera_of(&command.camera, &scene)?,
         size_px: command.size,
         settings: RenderSettings {
-            section: command.section.map(|choice| choice.plane(&scene.bounds)),
+            section: command.section.map(|choice| choice.plane(&scene.bounds, scene.offset)),
             ..command.settings
         },
         hidden: None,
@@ -89,8 +105,8 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
 fn ray_name(command: &RayCommand) -> String {
     let kind = command.kind.name();
     match command.start {
-        RayStart::Pixel([x, y]) => format!("{kind} ray of pixel {x},{y}"),
-        RayStart::Given(_) => format!("{kind} ray"),
+        ChosenStart::Pixel([x, y]) => format!("{kind} ray of pixel {x},{y}"),
+        ChosenStart::Given(..) => format!("{kind} ray"),
     }
 }
 
@@ -105,7 +121,9 @@ fn title(command: &RayCommand, accel: &Accel, record: &RayRecord) -> String {
             format!("the wide tree of {containers}, each node named by that of the binary tree that it replaces")
         }
     };
-    let [origin, direction] = [record.ray.origin, record.ray.direction].map(|v| format!("{},{},{}", v.x, v.y, v.z));
+    let origin = accel.scene.in_file(record.ray.origin);
+    let [origin, direction] = [origin, to_file(record.ray.direction, DVec3::ZERO)]
+        .map(|vector| format!("{},{},{}", vector.x, vector.y, vector.z));
     let ray = ray_name(command);
     format!("{}: {ray}, {tree}\nfrom {origin} towards {direction}", command.source)
 }
@@ -128,7 +146,8 @@ struct RaySummary {
     height_px: Option<u32>,
     #[serde(flatten)]
     conditions: Conditions,
-    origin: [f32; 3],
+    /// In the coordinates of the file.
+    origin: [f64; 3],
     direction: [f32; 3],
     /// Infinite distances are null.
     t_min: f32,
@@ -185,7 +204,7 @@ struct SpanLine {
 
 impl RaySummary {
     fn new(command: &RayCommand, accel: &Accel, camera: &Camera, record: &RayRecord) -> Self {
-        let pixel = if let RayStart::Pixel(pixel) = command.start { Some(pixel) } else { None };
+        let pixel = if let ChosenStart::Pixel(pixel) = command.start { Some(pixel) } else { None };
         let [visited, wasted, skipped] = record.visits();
         Self {
             command: "ray",
@@ -197,8 +216,8 @@ impl RaySummary {
             pixel,
             width_px: pixel.map(|_| command.size[0]),
             height_px: pixel.map(|_| command.size[1]),
-            conditions: Conditions::of_process(pixel.map(|_| camera), command.settings.simd),
-            origin: record.ray.origin.to_array(),
+            conditions: Conditions::of_process(pixel.map(|_| (camera, accel.scene.offset)), command.settings.simd),
+            origin: accel.scene.in_file(record.ray.origin).to_array(),
             direction: record.ray.direction.to_array(),
             t_min: record.ray.t_min,
             t_max: record.ray.t_max,

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::exr::write_distances;
 use super::film::{Film, check_output};
-use super::moments::MomentChoice;
+use super::moments::{MomentChoice, note_lost};
 use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
@@ -21,13 +21,13 @@ use crate::accel::{Accel, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::TreeReading;
 use crate::console::printable_json;
-use crate::export::{Protected, check_target};
+use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::Conditions;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::{Moment, Scene, SceneSource};
 use crate::section::SectionChoice;
-use crate::text::shown_path;
+use crate::text::counted;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -165,9 +165,11 @@ fn film(
 ) -> Result<Finished, Failure> {
     let Some(output) = &command.output else { return Ok(Finished::default()) };
     let (progress, mut session) = (Progress::new("Building", token), FollowSession::default());
+    let mut warned = !scene.warnings.is_empty();
     let mut frame_of = |moment: Moment| -> Result<([u32; 2], Vec<[u8; 4]>), Failure> {
         token.check()?;
         let posed = Arc::new(scene.at(moment, token)?);
+        warned |= note_lost(&posed, moment.seconds);
         let (accel, picture, frame) = trace(command, &posed, &mut session, &progress, token)?;
         if command.json {
             accel.epo(token)?;
@@ -185,8 +187,8 @@ fn film(
     let others = moments[1..].iter().map(|&moment| frame_of(moment).map(|(_, rgba)| rgba));
     film.write(read, &mut std::iter::once(Ok(first)).chain(others), token)?;
     drop(progress);
-    note_written(output, &format!("{} frames of {}×{} pixels", film.count, size_px[0], size_px[1]));
-    Ok(Finished { warned: !scene.warnings.is_empty() })
+    note_written(output, &counted(film.count as u64, &format!("frames of {}×{} pixels", size_px[0], size_px[1])));
+    Ok(Finished { warned })
 }
 
 /// Builds the tree, traces the frame and makes the picture of it.
@@ -209,7 +211,7 @@ fn trace(
     let table = Arc::new(NodeTable::new(&accel));
     check_nodes(&command.selection, &table)?;
     let visibility = table.visibility(&command.selection).filter(|_| command.hide_triangles);
-    let section = command.section.map(|choice| choice.plane(&scene.bounds));
+    let section = command.section.map(|choice| choice.plane(&scene.bounds, scene.offset));
     let settings = RenderSettings { section, ..command.settings };
     let request = RenderRequest {
         count_tests: command.json,
@@ -283,10 +285,8 @@ fn check_extensions(command: &RenderCommand) -> Result<(), Failure> {
     {
         let Some(path) = path else { continue };
         if !extensions.iter().any(|extension| ends_in(path, extension)) {
-            return Err(Failure::Usage(format!(
-                "{}: the file must end in {expected}: no other format is written here",
-                shown_path(path)
-            )));
+            let text = format!("the file must end in {expected}: no other format is written here");
+            return Err(Failure::Usage(wrong_ending(path, &text)));
         }
     }
     if command.writes("exr") && command.overlay.is_some() {
@@ -366,7 +366,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
         width_px: frame.width_px,
         height_px: frame.height_px,
         repeat: 1,
-        conditions: Conditions::of_process(Some(&frame.camera), frame.settings.simd),
+        conditions: Conditions::of_process(Some((&frame.camera, accel.scene.offset)), frame.settings.simd),
         samples: frame.samples,
         moment,
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),

@@ -48,11 +48,7 @@ pub(super) fn svg(
         // Drawing into memory does not fail.
         let _ = legend::draw(&area, keys, background, legend::unit(width), 0);
         drop(area);
-        let _ = writeln!(
-            text,
-            "<g transform=\"translate(0 {height})\">{}</g>",
-            crate::lab::plot::with_fallback_fonts(&part)
-        );
+        let _ = writeln!(text, "<g transform=\"translate(0 {height})\">{}</g>", crate::lab::plot::for_viewers(&part));
     }
     text + "</svg>\n"
 }

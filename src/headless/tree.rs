@@ -7,7 +7,7 @@ use super::context::{Context, Failure, Finished, in_pool};
 use super::picture::check_written;
 use super::progress::Progress;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::export::{Protected, cannot_be_written, check_target, write_file};
+use crate::export::{Protected, cannot_be_written, check_target, write_file, wrong_ending};
 use crate::scene::SceneSource;
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
@@ -49,10 +49,8 @@ impl TreeCommand {
             Some("csv") => Form::Csv,
             Some("json") => Form::Json,
             _ => {
-                return Err(Failure::Usage(format!(
-                    "{}: the file must end in .bvh, or in .csv or .json for a table of the nodes",
-                    shown_path(&self.output)
-                )));
+                let text = "the file must end in .bvh, or in .csv or .json for a table of the nodes";
+                return Err(Failure::Usage(wrong_ending(&self.output, text)));
             }
         };
         if self.with_triangles && form != Form::Tree {

@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::setup::{Contender, Subject, TraceView};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings::written;
 use crate::provenance::{self, VERSION, commit, date, machine};
+use crate::scene::to_file;
 use crate::text::quote;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
@@ -38,10 +39,10 @@ pub struct Conditions {
 /// The camera of a row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ViewConditions {
-    /// Position of the observer.
-    pub eye: [f32; 3],
-    /// The point at the centre of the picture.
-    pub target: [f32; 3],
+    /// Position of the observer, as in the file.
+    pub eye: [f64; 3],
+    /// The point at the centre of the picture, as in the file.
+    pub target: [f64; 3],
     /// The up direction of the picture.
     pub up: [f32; 3],
     /// Vertical field of view in degrees.
@@ -52,13 +53,13 @@ impl Conditions {
     /// The conditions of measuring a tree of `subject` with rays of `view` on `threads` threads.
     pub fn new(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> Self {
         let command_line = command_line(subject, contender, view, threads);
-        Self { command_line, ..Self::of_process(Some(&view.camera), view.simd) }
+        Self { command_line, ..Self::of_process(Some((&view.camera, subject.scene.offset)), view.simd) }
     }
 
-    /// The conditions of a row that the command line of this process makes.
-    pub fn of_process(camera: Option<&Camera>, simd: SimdLevel) -> Self {
+    /// The conditions of a row that the command line of this process makes, with rays of a camera in a scene of this offset.
+    pub fn of_process(camera: Option<(&Camera, DVec3)>, simd: SimdLevel) -> Self {
         Self {
-            view: camera.map(ViewConditions::from),
+            view: camera.map(|(camera, offset)| ViewConditions::new(camera, offset)),
             simd: simd.name().to_owned(),
             version: VERSION.to_owned(),
             commit: commit().map(str::to_owned),
@@ -69,10 +70,10 @@ impl Conditions {
     }
 }
 
-impl From<&Camera> for ViewConditions {
-    fn from(camera: &Camera) -> Self {
-        let &Camera { eye, target, up, .. } = camera;
-        Self { eye: eye.to_array(), target: target.to_array(), up: up.to_array(), fov: degrees(camera) }
+impl ViewConditions {
+    fn new(camera: &Camera, offset: DVec3) -> Self {
+        let [eye, target] = [camera.eye, camera.target].map(|point| to_file(point, offset).to_array());
+        Self { eye, target, up: camera.up.to_array(), fov: degrees(camera) }
     }
 }
 
@@ -99,10 +100,11 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
     if !rays.is_empty() {
         flag("rays", Some(&rays.join(",")));
     }
-    let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
-    flag("eye", Some(&vector(view.camera.eye)));
-    flag("target", Some(&vector(view.camera.target)));
-    flag("up", Some(&vector(view.camera.up)));
+    let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
+    let place = |point: Vec3| vector(to_file(point, subject.scene.offset));
+    flag("eye", Some(&place(view.camera.eye)));
+    flag("target", Some(&place(view.camera.target)));
+    flag("up", Some(&vector(to_file(view.camera.up, DVec3::ZERO))));
     flag("fov", Some(&degrees(&view.camera).to_string()));
     if view.camera.projection == Projection::Orthographic {
         flag("orthographic", None);

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::measurement::Measurement;
 use super::population::Population;
 use crate::catalog::fields::columns;
+use crate::text::printable;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
 pub fn write_json_lines(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), String> {
@@ -68,10 +69,16 @@ fn failed(error: impl std::fmt::Display) -> String {
     format!("cannot be written: {error}")
 }
 
+/// A text as a cell: what could drive a terminal is escaped, and what a spreadsheet would take for a formula begins with an apostrophe.
+fn text_cell(text: &str) -> String {
+    let mark = if text.starts_with(['=', '+', '-', '@']) { "'" } else { "" };
+    format!("{mark}{}", printable(text))
+}
+
 /// A JSON value as the text of a cell.
 fn cell(value: &Value) -> String {
     match value {
-        Value::String(text) => text.clone(),
+        Value::String(text) => text_cell(text),
         // Sentences and objects are separated by semicolons, numbers by spaces.
         Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_object()) => {
             items.iter().map(cell).collect::<Vec<_>>().join("; ")
@@ -182,5 +189,20 @@ mod tests {
         let column = table[0].iter().position(|name| name == "speedup").unwrap();
         assert_eq!((table[1][column].as_str(), table[2][column].as_str()), ("", "2.75"));
         assert_eq!(csv(&[]), Vec::<Vec<String>>::new());
+    }
+
+    #[test]
+    fn cells_neither_drive_a_terminal_nor_are_formulas() {
+        for (text, expected) in [
+            ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
+            ("+1", "'+1"),
+            ("-1", "'-1"),
+            ("@sum", "'@sum"),
+            ("a\u{1b}[2J\nb", r"a\u{1b}[2J\nb"),
+            ("x=1", "x=1"),
+        ] {
+            assert_eq!(cell(&Value::from(text)), expected);
+        }
+        assert_eq!(cell(&Value::from(-1.5)), "-1.5", "a number");
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::budget::{Budget, OverBudget};
-use crate::text::{counted, printable, quoted, shown_path};
+use crate::text::{counted, printable, quoted, shown_path, without_middle};
 use bvhscope_engine::BuildError;
 use bvhscope_engine::tree_file::TreeFileError;
 
@@ -117,12 +117,7 @@ const KEPT_BYTES: [usize; 2] = [400, 200];
 
 /// `text` without its middle part if it is long: messages may quote megabytes of a file.
 fn shortened(text: &str) -> Cow<'_, str> {
-    let end = text.ceil_char_boundary(text.len().saturating_sub(KEPT_BYTES[1]));
-    let start = text.floor_char_boundary(KEPT_BYTES[0]);
-    match (text.get(..start), text.get(end..)) {
-        (Some(head), Some(tail)) if start < end => Cow::Owned(format!("{head} … {tail}")),
-        _ => Cow::Borrowed(text),
-    }
+    without_middle(text, KEPT_BYTES)
 }
 
 /// One kind of problem, which was skipped or repaired.

@@ -240,9 +240,13 @@ impl<'a> Images<'a> {
         let found = |relative: &Path| {
             let direct = self.folder.join(relative);
             let path = if direct.exists() { direct } else { self.find_ignoring_case(relative).unwrap_or(direct) };
-            path.canonicalize().ok()
+            path.canonicalize()
         };
-        let path = found(relative).or_else(|| beside.and_then(found)).ok_or("there is no such file")?;
+        let path = found(relative).or_else(|error| beside.and_then(|beside| found(beside).ok()).ok_or(error));
+        let path = path.map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+            _ => format!("it cannot be opened: {error}"),
+        })?;
         let folder = || self.folder.canonicalize().map_err(|error| error.to_string());
         let folder = self.true_folder.get_or_init(folder).as_ref().map_err(Clone::clone)?;
         if self.options.allow_outside || path.starts_with(folder) {

@@ -93,6 +93,7 @@ pub use material::{Material, Texture, WrapMode};
 pub use model::Scene;
 pub use motion::{Clip, Moment, Motion, Pose};
 pub(crate) use offset::Extent;
+pub use offset::{from_file, to_file};
 pub use options::LoadOptions;
 pub(crate) use read::read_file;
 pub use row::FileRow;

@@ -7,17 +7,21 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::attributes::{Attributes, Surface};
-use super::error::{FileLocation, LoadError, Warnings};
+use super::error::{FileLocation, LoadError, Warning, Warnings};
 use super::file_camera::FileCamera;
 use super::file_light::FileLight;
 use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::motion::{Moment, Motion, Pose};
+use super::offset::to_file;
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Triangle};
+
+/// The kind of warning about triangles that a clip moves out of sight, for the moment that is shown.
+const LOST: &str = "triangles left out at this moment: coordinates that are not numbers or beyond 1e18";
 
 /// A loaded model: triangles in world space less `offset`, with attributes and materials for shading. Has at least one triangle; all
 /// coordinates are finite.
@@ -143,6 +147,9 @@ impl Scene {
                 textures: self.textures.clone(),
             },
         };
+        let mut warnings = self.warnings.clone();
+        warnings.entries.retain(|warning| warning.what != LOST);
+        warnings.add_many(pose.lost, LOST, || FileLocation::File);
         let scene = Self {
             source: self.source.clone(),
             triangles: pose.triangles,
@@ -159,10 +166,15 @@ impl Scene {
             motion: Some(Arc::clone(motion)),
             moment: Some(moment),
             files_read: self.files_read.clone(),
-            warnings: self.warnings.clone(),
+            warnings,
             ..*self
         };
         Ok(scene)
+    }
+
+    /// The triangles that the clip moves out of sight at the moment that is shown: counted, as those that are so at rest.
+    pub fn lost_at_moment(&self) -> Option<&Warning> {
+        self.warnings.entries.iter().find(|warning| warning.what == LOST)
     }
 
     /// Checks that the triangles of a moment, and the vertices that they are made of, fit into the memory budget.
@@ -191,8 +203,7 @@ impl Scene {
 
     /// A point of the scene in the coordinates of its file, with no more decimals than single precision has.
     pub fn in_file(&self, point: Vec3) -> DVec3 {
-        let decimal = |number: f32| number.to_string().parse().unwrap_or(f64::from(number));
-        DVec3::from_array(point.to_array().map(decimal)) + self.offset
+        to_file(point, self.offset)
     }
 
     /// The material of a triangle.

@@ -91,6 +91,7 @@ fn load_within(
     files.truncate(MAX_FRAMES);
     let of_file = |index: usize| {
         let path = &files[index].path;
+        check_inside(path, options)?;
         read(path, &SceneSource::File(path.clone()), options, &token.part(index, files.len()))
     };
     let mut scene = of_file(0)?;
@@ -132,6 +133,19 @@ fn load_within(
         scene.motion = Some(Arc::new(Motion::within_reach(clip, Box::new(all), reach)));
     }
     Ok(scene)
+}
+
+/// Refuses a frame that is a link out of the folder of its row, as the user has named but a pattern.
+fn check_inside(path: &Path, options: &LoadOptions) -> Result<(), LoadError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (Ok(file), Ok(folder)) = (path.canonicalize(), folder.canonicalize()) else {
+        // Reading it says why it cannot be.
+        return Ok(());
+    };
+    if options.allow_outside || file.starts_with(folder) {
+        return Ok(());
+    }
+    Err(LoadError::of_file(path, "is a link out of the folder", "--allow-outside lets it be read"))
 }
 
 /// Place of a file in the clip: its number, counted from the first one in the steps by which all go up.
@@ -217,6 +231,7 @@ impl Frames {
     /// Reads a frame again that had no room in memory.
     fn read_again(&self, frame: &Frame, token: &CancelToken) -> Result<Still, LoadError> {
         let path = &frame.path;
+        check_inside(path, &self.options)?;
         let still = self.still((self.read)(path, &SceneSource::File(path.clone()), &self.options, token)?);
         let [now, before] = [still.triangles.len(), frame.triangle_count];
         if now != before {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::row::FileRow;
-use crate::text::quoted;
+use crate::text::{file_name, path_text, quoted};
 
 /// The source of a scene: a file, or `builtin:NAME` with an optional size parameter, as in `builtin:terrain:1000000`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -83,9 +83,7 @@ impl SceneSource {
     /// A short name for titles: the file name, or the name of the built-in scene with its size.
     pub fn label(&self) -> String {
         match self {
-            Self::File(path) => {
-                path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
-            }
+            Self::File(path) => file_name(path).into_owned(),
             Self::Builtin { name, size: None } => name.clone(),
             Self::Builtin { name, size: Some(size) } => format!("{name} {size}"),
         }
@@ -95,7 +93,7 @@ impl SceneSource {
 impl std::fmt::Display for SceneSource {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::File(path) => write!(f, "{}", path.display()),
+            Self::File(path) => f.write_str(&path_text(path)),
             Self::Builtin { name, size: None } => write!(f, "builtin:{name}"),
             Self::Builtin { name, size: Some(size) } => write!(f, "builtin:{name}:{size}"),
         }

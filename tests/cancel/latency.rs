@@ -15,9 +15,9 @@ use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
-use bvhscope_engine::AnyTree;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::ancestry::Ancestry;
@@ -26,9 +26,11 @@ use bvhscope_engine::tree::node_metrics::{self, subtree_sah_shares};
 use bvhscope_engine::tree::overlap::end_point_overlap;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::survival::surviving_nodes;
+use bvhscope_engine::tree::{Node, Tree};
 use bvhscope_engine::tree_file::{Header, TreeFile, write_nodes_csv, write_tree};
 use bvhscope_engine::wide::{AnyWideTree, NodeForm};
 use bvhscope_engine::with_tree;
+use bvhscope_engine::{AnyTree, orient};
 
 /// Size of the large input in that of the small one.
 const GROWTH: u32 = 8;
@@ -254,6 +256,74 @@ fn derived_data() {
             end_point_overlap(tree, triangles, 10, token).unwrap()
         },
     );
+    growing.assert_none();
+}
+
+/// A tree with a level for each triangle: every interior node has a leaf and the next interior node.
+fn list_of_nodes(scene: &Arc<Scene>) -> Arc<Accel> {
+    let (triangles, mut around) = (&scene.triangles, Aabb::EMPTY);
+    let last = triangles.len() as u32 - 1;
+    let mut nodes = Vec::with_capacity(2 * triangles.len());
+    for (at, triangle) in (0..=last).zip(triangles).rev() {
+        let leaf = Node { container: triangle.bounds(), first: at, count: 1 };
+        around = around.union(&leaf.container);
+        // Backwards: the leaf of an interior node stands behind it.
+        nodes.push(leaf);
+        if at < last {
+            nodes.push(Node::interior(around, 2 * at + 1, 2));
+        }
+    }
+    nodes.reverse();
+    let tree = AnyTree::Aabb(Tree { nodes, primitive_indices: (0..=last).collect(), max_depth: last });
+    Arc::new(Accel::with_tree(scene, &BuildSettings::default(), tree, &CancelToken::new()).unwrap())
+}
+
+/// No job on a tree does work between two checks that grows with its depth.
+#[test]
+fn deep_trees() {
+    if run_with_fresh_memory("latency::deep_trees") {
+        return;
+    }
+    let accels = [terrain(SMALL), terrain(SMALL * GROWTH)].map(|scene| list_of_nodes(&scene));
+    let oriented =
+        accels.each_ref().map(|accel| orient(&accel.tree, &accel.scene.triangles, &CancelToken::new()).unwrap());
+    let mut growing = Growing::default();
+    let mut check = |what: &str, work: &(dyn Fn(usize, &CancelToken) + Sync)| {
+        growing.check(&format!("{what}, a list of nodes"), [&0, &1], |&which: &usize| which, work);
+    };
+    check("statistics", &|which, token| drop(tree_stats(&accels[which].tree, token).unwrap()));
+    check("list of nodes", &|which, token| NodeTable::new(&accels[which]).list(None, token).unwrap());
+    check("ancestry", &|which, token| {
+        with_tree!(&accels[which].tree, tree => drop(Ancestry::new(tree, token).unwrap()));
+    });
+    check("shares of cost", &|which, token| {
+        with_tree!(&accels[which].tree, tree => drop(subtree_sah_shares(tree, token).unwrap()));
+    });
+    check("surviving nodes", &|which, token| {
+        with_tree!(&accels[which].tree, tree => drop(surviving_nodes(tree, tree, token).unwrap()));
+    });
+    check("overlap", &|which, token| {
+        end_point_overlap(&accels[which].tree, &accels[which].scene.triangles, 10, token).unwrap();
+    });
+    check("orient", &|which, token| {
+        orient(&accels[which].tree, &accels[which].scene.triangles, token).unwrap();
+    });
+    check("wide tree", &|which, token| {
+        AnyWideTree::new(&accels[which].tree, &accels[which].scene.triangles, NodeForm::Full, token).unwrap();
+    });
+    for (name, trees) in [("box", accels.each_ref().map(|accel| &accel.tree)), ("oriented", oriented.each_ref())] {
+        let files = [0, 1].map(|which: usize| {
+            let mut bytes = Vec::new();
+            let header = Header::new(accels[which].scene.triangles.len());
+            write_tree(trees[which], &header, None, &mut bytes, &CancelToken::new()).unwrap();
+            bytes
+        });
+        check(&format!("reading, {name}"), &|which, token| {
+            let triangles = Some(&accels[which].scene.triangles[..]);
+            let file = TreeFile::read(&files[which], triangles, u64::MAX, token).unwrap();
+            assert_eq!(file.faults.len(), usize::from(name == "oriented"), "{:?}", file.faults);
+        });
+    }
     growing.assert_none();
 }
 

@@ -10,6 +10,7 @@ mod animate;
 #[cfg(all(target_os = "linux", feature = "gui"))]
 mod bookmarks;
 mod commands;
+mod coordinates;
 mod diff;
 mod golden;
 #[cfg(unix)]

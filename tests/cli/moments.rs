@@ -114,6 +114,56 @@ fn a_film_has_a_picture_for_each_moment() {
 }
 
 #[test]
+fn triangles_that_vanish_in_motion_are_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    // A triangle that a clip moves to 1e30 in its second of three frames; its first key is at half a second.
+    let floats = |list: &[f32]| list.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let bytes = [
+        floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+        floats(&[0.5, 1.5, 2.5]),
+        floats(&[0.0, 0.0, 0.0, 1e30, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    ];
+    let [corners, times, moves] = bytes.each_ref().map(Vec::len);
+    std::fs::write(folder.path().join("a.bin"), bytes.concat()).unwrap();
+    let document = serde_json::json!({
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"uri": "a.bin", "byteLength": corners + times + moves}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": corners}, {"buffer": 0, "byteOffset": corners, "byteLength": times},
+            {"buffer": 0, "byteOffset": corners + times, "byteLength": moves}
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "SCALAR"},
+            {"bufferView": 2, "componentType": 5126, "count": 3, "type": "VEC3"}
+        ],
+        "animations": [{
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+            "samplers": [{"input": 1, "output": 2, "interpolation": "STEP"}]
+        }]
+    });
+    std::fs::write(folder.path().join("a.gltf"), document.to_string()).unwrap();
+    let run = |line: &str| run(folder.path(), &line.split(' ').collect::<Vec<_>>());
+    let lost = "1 triangle left out at this moment: coordinates that are not numbers or beyond 1e18";
+    let render = "render a.gltf --size 16x16 --samples 1 --json --strict -o a.png";
+    // Before its first key a clip stands still.
+    for (time, expected) in [("0", 0), ("0.5", 0), ("1.5", 3), ("2.5", 0)] {
+        let (code, rows, error) = run(&format!("{render} --time {time}"));
+        assert_eq!(code, expected, "{time}: {error}");
+        assert_eq!(rows[0]["warnings"].as_array().unwrap().iter().any(|text| text == lost), expected == 3, "{time}");
+        assert_eq!(error.contains(&format!("at {time} s: {lost}")), expected == 3, "{time}: {error}");
+    }
+    let (code, _, error) = run("render a.gltf --size 16x16 --samples 1 --strict -o a.gif --frames 0.5..2.5:1");
+    assert!(code == 3 && error.matches(lost).count() == 1, "{code}: {error}");
+    let (code, rows, error) =
+        run("animate a.gltf --frames 3 --policy refit,rebuild --size 16x16 --repeat 1 --json --strict");
+    assert!(code == 3 && error.contains(&format!("at 1.5 s: {lost}")), "{code}: {error}");
+    let of_frames: Vec<usize> = rows.iter().filter_map(|row| Some(row["warnings"].as_array()?.len())).collect();
+    assert_eq!(of_frames, [0, 0, 1, 1, 0, 0]);
+}
+
+#[test]
 fn clips_are_listed_and_wrong_ones_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (_, rows, _) = run(folder.path(), &["info", "builtin:walker:500", "--json"]);
@@ -126,6 +176,7 @@ fn clips_are_listed_and_wrong_ones_refused() {
         (&["builtin:walker:500", "--clip", "swim"][..], 1, "there are 0 'walk', 1 'jump'"),
         (&["builtin:cornell", "--time", "1"], 1, "so that it does not move: leave --time out"),
         (&["builtin:cornell", "--frames", "0..1"], 1, "so that it does not move: leave --frames out"),
+        (&["builtin:walker:500", "--time", "-1"], 2, "--time -1: clip 'walk' lasts from 0.000 to 1.000 s"),
         (&["builtin:walker:500", "--time", "9"], 2, "--time 9: clip 'walk' lasts from 0.000 to 1.000 s"),
         (&["builtin:walker:500", "--frames", "0..3:1"], 2, "--frames 0..3: clip 'walk' lasts from 0.000 to 1.000 s"),
         (&["builtin:walker:500", "--time", "nan"], 2, "a time in seconds is expected"),

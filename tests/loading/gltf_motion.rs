@@ -149,7 +149,7 @@ fn joints_move_a_skinned_mesh_and_its_own_node_does_not() {
 }
 
 #[test]
-fn inverse_bind_matrices_may_be_missing_or_too_many_but_not_too_few() {
+fn inverse_bind_matrices_may_be_missing_too_many_or_too_few() {
     let held = [[0.0, 1.0, 0.0, 0.0]; 3];
     let mut document = skinned(held);
     document["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
@@ -165,7 +165,14 @@ fn inverse_bind_matrices_may_be_missing_or_too_many_but_not_too_few() {
     let mut document = skinned(held);
     document["skins"][0]["joints"] = json!([2, 3, 2]);
     let scene = load(&document).unwrap();
-    assert_eq!(scene.warnings.entries[0].what, "skeletons left out: numbers of a wrong type");
+    // The third joint, at the place of the first, was not bound elsewhere: the identity stands for its matrix.
+    let warning = scene.warnings.entries[0].to_string();
+    let expected = "1 joint without an inverse bind matrix, in place of which stands the identity (first at skins[0].inverseBindMatrices: \
+                    2 matrices for 3 joints)";
+    assert_eq!((warning.as_str(), scene.triangles[0].a.x), (expected, 0.0));
+    document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] =
+        json!(add(&mut document, 5121, "VEC4", false, 3, &[2, 2, 2, 2].repeat(3)));
+    assert_eq!(corners(&load(&document).unwrap())[1], Vec3::new(1.0, 3.0, 0.0));
     // A matrix that flattens is a matrix; one of infinities is none.
     for (number, warnings) in [(0.0, 0), (f32::INFINITY, 1)] {
         let mut document = skinned([[1.0, 0.0, 0.0, 0.0]; 3]);
@@ -195,7 +202,7 @@ fn weights_of_bytes_and_joints_of_shorts_hold_by_eight_joints() {
         document["meshes"][0]["primitives"][0]["attributes"][name] = json!(list);
     }
     let scene = load(&document).unwrap();
-    silent(&scene);
+    assert_eq!(kinds(&scene), [(3, "vertices whose joint weights do not add up to 1 held by each in proportion")]);
     // Half by the joint at 3, half by the one that stays.
     close(scene.triangles[0].a, 0.0, 1.5, 0.0);
 }
@@ -206,10 +213,90 @@ fn joints_out_of_range_are_counted_and_the_others_hold() {
     let joints = add(&mut document, 5121, "VEC4", false, 3, &[0, 7, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]);
     document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
     let scene = load(&document).unwrap();
-    let warning = scene.warnings.entries[0].to_string();
+    let warning = scene.warnings.entries[1].to_string();
     assert_eq!(warning, "2 vertices held by joints that do not exist (first at nodes[1].skin)");
     // By the joint that exists, and by the first one where there is none: all are moved by 3.
     assert_eq!(corners(&scene), [Vec3::new(0.0, 3.0, 0.0), Vec3::new(1.0, 3.0, 0.0), Vec3::new(0.0, 4.0, 0.0)]);
+}
+
+/// Number and kind of each warning.
+fn kinds(scene: &Scene) -> Vec<(u64, &str)> {
+    scene.warnings.entries.iter().map(|warning| (warning.count, &warning.what[..])).collect()
+}
+
+#[test]
+fn joint_weights_that_are_none_are_counted_and_the_others_hold() {
+    const BAD: &str = "vertices with joint weights that are negative or no numbers, which count as 0";
+    const NONE: &str = "vertices without a joint weight held by the first joint";
+    const UNEVEN: &str = "vertices whose joint weights do not add up to 1 held by each in proportion";
+    let good = [1.0, 0.0, 0.0, 0.0];
+    for (weights, expected, y) in [
+        ([f32::NAN, 1.0, 0.0, 0.0], vec![(1, BAD)], 0.0),
+        ([f32::INFINITY, 1.0, 0.0, 0.0], vec![(1, BAD)], 0.0),
+        ([-1.0, 1.0, 0.0, 0.0], vec![(1, BAD)], 0.0),
+        ([f32::NAN; 4], vec![(1, BAD)], 3.0),
+        ([0.0; 4], vec![(1, NONE)], 3.0),
+        ([1e30, 1e30, 0.0, 0.0], vec![(1, UNEVEN)], 1.5),
+        ([3e38, 3e38, 0.0, 0.0], vec![(1, UNEVEN)], 1.5),
+        ([0.49, 0.5, 0.0, 0.0], vec![], 1.485),
+    ] {
+        let scene = load(&skinned([weights, good, good])).unwrap();
+        assert_eq!(kinds(&scene), expected, "{weights:?}");
+        assert!((scene.triangles[0].a.y - y).abs() < 0.02, "{weights:?}: {}", scene.triangles[0].a);
+    }
+}
+
+#[test]
+fn joints_and_weights_of_a_wrong_type_or_alone_are_counted() {
+    let mut document = skinned([[1.0, 0.0, 0.0, 0.0]; 3]);
+    let joints = add(&mut document, 5126, "VEC4", false, 3, &floats(&[1.0, 0.0, 0.0, 0.0].repeat(3)));
+    document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+    assert_eq!(kinds(&load(&document).unwrap()), [(1, "primitives shown without joints: numbers of a wrong type")]);
+    for alone in ["JOINTS_0", "WEIGHTS_0"] {
+        let mut document = skinned([[1.0, 0.0, 0.0, 0.0]; 3]);
+        document["meshes"][0]["primitives"][0]["attributes"]
+            .as_object_mut()
+            .unwrap()
+            .retain(|name, _| name == alone || name == "POSITION");
+        let scene = load(&document).unwrap();
+        assert_eq!(kinds(&scene), [(1, "primitives shown without joints or weights that are there alone")], "{alone}");
+    }
+}
+
+#[test]
+fn triangles_that_a_clip_moves_out_of_sight_are_counted_at_their_moment() {
+    const LOST: &str = "triangles left out at this moment: coordinates that are not numbers or beyond 1e18";
+    // By morph targets, and by the node.
+    for number in [f32::NAN, f32::INFINITY, 3e38, 1e30] {
+        let mut document = triangle();
+        let target =
+            add(&mut document, 5126, "VEC3", false, 3, &floats(&[0.0, 0.0, 0.0, number, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        document["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": target}]);
+        animate(&mut document, node(0, "weights"), "STEP", &[0.0, 1.0], &[0.0, 1.0], "SCALAR");
+        let scene = load(&document).unwrap();
+        silent(&scene);
+        let lost = at(&scene, 0, 1.0);
+        assert_eq!(kinds(&lost), [(1, LOST)], "{number}");
+        // As a point where it was, not a triangle that reaches to somewhere else.
+        assert_eq!(corners(&lost), [Vec3::ZERO; 3]);
+        silent(&at(&lost, 0, 0.0));
+    }
+    let mut document = triangle();
+    animate(&mut document, node(0, "translation"), "STEP", &[0.0, 1.0], &[0.0, 0.0, 0.0, -1e30, 0.0, 0.0], "VEC3");
+    let scene = load(&document).unwrap();
+    assert_eq!(kinds(&at(&scene, 0, 1.0)), [(1, LOST)]);
+    assert_eq!(kinds(&at(&at(&scene, 0, 1.0), 0, 1.0)), [(1, LOST)], "once");
+}
+
+#[test]
+fn channels_with_another_number_of_weights_than_targets_are_counted() {
+    let mut document = morphed();
+    animate(&mut document, node(0, "weights"), "STEP", &[0.0, 1.0], &[0.0, 1.0], "SCALAR");
+    let scene = load(&document).unwrap();
+    let expected = "1 channel of animations with another number of weights than the mesh has morph targets (first at \
+                    animations[0].channels[0]: 1 for 2 targets)";
+    assert_eq!(scene.warnings.entries[0].to_string(), expected);
+    assert_eq!(at(&scene, 0, 1.0).triangles[0].a, Vec3::Y);
 }
 
 #[test]
@@ -244,7 +331,9 @@ fn weights_of_a_node_count_before_those_of_its_mesh() {
     assert_eq!(load(&document).unwrap().triangles[0].a, Vec3::new(0.0, 0.5, 2.0));
     document["nodes"][0]["weights"] = json!([1.0]);
     let scene = load(&document).unwrap();
-    silent(&scene);
+    let expected =
+        "1 node with another number of weights than the mesh has morph targets (first at nodes[0]: 1 for 2 targets)";
+    assert_eq!(scene.warnings.entries[0].to_string(), expected);
     assert_eq!(scene.triangles[0].a, Vec3::new(0.0, 1.0, 0.0), "a missing one is 0");
 }
 

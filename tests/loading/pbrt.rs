@@ -266,7 +266,25 @@ fn each_kind_is_counted_with_its_first_place() {
         ("ActiveTransform EndTime Translate 9 0 0 ActiveTransform All", 1, "motions shown at the start", 2),
         ("LookAt 1 1 1 1 1 1 0 1 0", 1, "views without a direction left out", 2),
         ("Camera \"spherical\"", 1, "cameras of other kinds shown in perspective", 2),
-        ("Camera \"perspective\"", 1, "pictures of left-handed coordinates mirrored", 2),
+        (
+            "Camera \"perspective\" \"float fov\" 180",
+            1,
+            "cameras with a field of view that is not between 0 and 180 degrees shown with 90",
+            2,
+        ),
+        ("Rotate 30 0 0 0", 1, "rotations without an axis left out", 2),
+        (
+            "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 7] \"integer indices\" [0 1 2]",
+            1,
+            "numbers of 'P' left over after the last point",
+            2,
+        ),
+        (
+            "Texture \"a\" \"spectrum\" \"scale\" \"texture tex\" \"a\" \"rgb scale\" [1 1 1]",
+            1,
+            "uses of the texture 'a' without a definition before them left out",
+            2,
+        ),
         ("Attribute \"shape\" \"float radius\" 2", 1, "statements 'Attribute' not used", 2),
         ("\nWhat \"is\" [1 2] 3 true", 2, "statements not understood and skipped, 'What' being the first", 3),
     ] {
@@ -284,6 +302,50 @@ fn each_kind_is_counted_with_its_first_place() {
             "{statements}"
         );
     }
+}
+
+#[test]
+fn sound_statements_about_pictures_are_silent() {
+    for statements in [
+        "Option \"string seed\" [123]\nOption \"bool pixelstats\" [true]",
+        "Option \"disablepixeljitter\" true\nOption \"seed\" 7",
+        "LookAt 0 0 -5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [60]",
+        "Camera \"orthographic\" \"float fov\" [0]",
+        // Of a right-handed program.
+        "Scale -1 1 1\nCamera \"perspective\"",
+    ] {
+        let scene = load(&format!("{statements}\nWorldBegin\n{TRIANGLE}")).unwrap();
+        assert!(scene.warnings.is_empty(), "{statements}: {:?}", scene.warnings);
+    }
+}
+
+#[test]
+fn fields_of_view_that_are_none_are_counted_and_replaced() {
+    for fov in ["0", "-5", "180", "1e308", "nan"] {
+        let scene = load(&format!("Camera \"perspective\" \"float fov\" {fov}\nWorldBegin\n{TRIANGLE}"));
+        let Ok(scene) = scene else { continue };
+        assert_eq!(scene.warnings.entries.len(), 1, "{fov}: {:?}", scene.warnings);
+        assert!((scene.cameras[0].fov_y.to_degrees() - 90.0).abs() < 1e-3, "{fov}");
+    }
+}
+
+#[test]
+fn ends_of_objects_and_attributes_may_be_exchanged() {
+    let bolt = |inside: &str| {
+        let text = format!(
+            "WorldBegin\nAttributeBegin\nTranslate 9 0 0\nObjectBegin \"bolt\"\n{inside}\nObjectInstance \"bolt\""
+        );
+        let scene = load(&text).unwrap();
+        let places: Vec<f32> = scene.triangles.iter().map(|triangle| triangle.a.x).collect();
+        (places, scene.warnings.entries.len())
+    };
+    let shape = format!("AttributeBegin\nTranslate 5 0 0\n{TRIANGLE}\nAttributeEnd");
+    // Version 3 keeps one stack: the first end is that of the object's block, the second that of the attributes around it.
+    assert_eq!(bolt(&format!("{shape}\nAttributeEnd\nObjectEnd")), (vec![14.0], 0));
+    assert_eq!(bolt(&format!("{shape}\nObjectEnd\nAttributeEnd")), (vec![14.0], 0));
+    // What follows the object is no part of it.
+    let twice = format!("{shape}\nAttributeEnd\nObjectEnd\n{TRIANGLE}");
+    assert_eq!(bolt(&twice), (vec![0.0, 14.0], 0));
 }
 
 #[test]

@@ -30,6 +30,8 @@ fn written(number: i32, name: &str, encoding: &str) -> Vec<u8> {
         "ushort" | "uint16" => put!(u16),
         "int" | "int32" => put!(i32),
         "uint" | "uint32" => put!(u32),
+        "int64" => put!(i64),
+        "uint64" => put!(u64),
         "float" | "float32" => put!(f32),
         _ => put!(f64),
     }
@@ -40,8 +42,8 @@ const CORNERS: [[i32; 3]; 3] = [[1, 2, 3], [100, 2, 3], [1, 90, 3]];
 
 #[test]
 fn every_number_type_is_read_in_every_encoding() {
-    let types = ["char", "uchar", "short", "ushort", "int", "uint", "float", "double"];
-    let sized = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"];
+    let types = ["char", "uchar", "short", "ushort", "int", "uint", "float", "double", "int64", "uint64"];
+    let sized = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64", "int64", "uint64"];
     for (name, sized) in types.iter().zip(sized) {
         for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
             for name in [name, sized] {

@@ -213,6 +213,56 @@ fn corners_of_ears_keep_their_attributes() {
     }
 }
 
+/// Sum of the areas of all triangles.
+fn area(scene: &Scene) -> f32 {
+    scene.triangles.iter().map(|triangle| (triangle.b - triangle.a).cross(triangle.c - triangle.a).length() * 0.5).sum()
+}
+
+#[test]
+fn edges_that_run_back_over_a_corner_enclose_nothing() {
+    // The last edge of the first runs over its second corner; the others have a spike outside, inside and across their first corner.
+    let back: Outline = vec![[4., 4.], [4., 3.], [0., 1.], [2., 1.], [4., 2.]];
+    let outside: Outline = vec![[0., 0.], [2., 0.], [2., 1.], [5., 1.], [2., 1.], [2., 2.], [1., 1.], [0., 2.]];
+    let inside: Outline = vec![[0., 0.], [4., 0.], [4., 4.], [2., 4.], [2., 2.], [2., 4.], [0., 4.], [1., 2.]];
+    let twice: Outline = vec![[9., 0.], [4., 0.], [4., 3.], [2., 1.], [0., 3.], [0., 0.], [4., 0.], [7., 0.]];
+    for (outline, expected) in [(back, 3.0), (outside, 3.0), (inside, 14.0), (twice, 8.0)] {
+        for start in 0..outline.len() {
+            let mut turned = outline.clone();
+            turned.rotate_left(start);
+            for (file, text) in files(&in_space(&turned).0) {
+                let scene = load(file, &text);
+                assert!(scene.warnings.is_empty(), "{file}: {turned:?}: {:?}", scene.warnings);
+                assert!((area(&scene) - expected).abs() < 1e-3, "{file}: {turned:?}: {} for {expected}", area(&scene));
+            }
+        }
+    }
+}
+
+#[test]
+fn polygons_of_too_many_corners_are_left_out_and_not_shown_as_another_shape() {
+    // A comb, and a circle, which needs no search.
+    let comb = |corners: usize| -> Outline {
+        let half = corners / 2;
+        let teeth = (0..half).rev().map(|k| [k as f64, if k % 2 == 0 { 10.0 } else { 1.0 }]);
+        (0..half).map(|k| [k as f64, 0.0]).chain(teeth).collect()
+    };
+    let flat = |outline: &Outline| {
+        let mut text: String = outline.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+        text += "f";
+        (1..=outline.len()).for_each(|corner| text += &format!(" {corner}"));
+        text + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n"
+    };
+    let scene = load("a.obj", &flat(&comb(32_770)));
+    assert_eq!(scene.triangles.len(), 1);
+    let warning = scene.warnings.entries[0].to_string();
+    assert_eq!(warning, "1 face with a dent left out: more than 32768 corners (first at line 32771)");
+    let circle: Outline = (0..40_000).map(|k| DVec2::from_angle(k as f64 / 40_000.0 * TAU).to_array()).collect();
+    let scene = load("a.obj", &flat(&circle));
+    assert!(scene.warnings.is_empty() && scene.triangles.len() == 39_999, "{:?}", scene.warnings);
+    let scene = load("a.obj", &flat(&comb(2_000)));
+    assert!(scene.warnings.is_empty() && (area(&scene) - 0.5 - 5498.5).abs() < 1.0, "{}", area(&scene));
+}
+
 #[test]
 fn polygons_that_cross_themselves_are_counted() {
     let pentagram: Outline = (0..5).map(|k| DVec2::from_angle(k as f64 * 2.0 / 5.0 * TAU).to_array()).collect();

@@ -151,3 +151,29 @@ fn a_single_file_of_a_row_stands_still_and_coordinates_far_away_share_an_offset(
     let moved = at(&scene, 1.0).unwrap();
     assert_eq!((moved.triangles[0].a.x - scene.triangles[0].a.x, moved.offset), (64.0, scene.offset));
 }
+
+#[cfg(unix)]
+#[test]
+fn frames_that_are_links_out_of_the_folder_are_read_only_when_allowed() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("in");
+    std::fs::create_dir(&folder).unwrap();
+    write(&folder, &[("w_1.obj", obj(0.0, 1)), ("w_3.obj", obj(2.0, 1))]);
+    write(outside.path(), &[("secret.txt", "TOPSECRET".to_owned()), ("other.obj", obj(7.0, 1))]);
+    std::os::unix::fs::symlink("../secret.txt", folder.join("w_2.obj")).unwrap();
+    std::os::unix::fs::symlink("../other.obj", folder.join("w_4.obj")).unwrap();
+    std::os::unix::fs::symlink("w_1.obj", folder.join("w_5.obj")).unwrap();
+    let scene = load(&folder, "w_#.obj", None).unwrap();
+    let found = warnings(&scene);
+    assert_eq!(found[0], "2 frames left out: 'w_2.obj' …: is a link out of the folder");
+    assert!(!found.iter().any(|warning| warning.contains("TOPSECRET")), "{found:?}");
+    let pattern = SceneSource::File(folder.join("w_#.obj"));
+    let options = LoadOptions { allow_outside: true, ..LoadOptions::default() };
+    let scene = load_source(&pattern, &options, &CancelToken::new()).unwrap();
+    assert_eq!(at(&scene, 9.0).unwrap().triangles[0].a, Vec3::ZERO, "a link within the folder");
+    assert_eq!(warnings(&scene).len(), 1, "but for the text: {:?}", scene.warnings);
+    // The first frame decides about all.
+    std::fs::rename(folder.join("w_4.obj"), folder.join("w_0.obj")).unwrap();
+    let refused = load(&folder, "w_#.obj", None).unwrap_err().to_string();
+    assert!(refused.ends_with("w_0.obj: is a link out of the folder; --allow-outside lets it be read"), "{refused}");
+}

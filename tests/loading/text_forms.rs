@@ -104,6 +104,11 @@ fn stl_is_words_rather_than_lines() {
         (STL.to_uppercase().replace("0 0 1\n", "0 0 1 "), 1),
         (STL.replace("normal 0 0 1", "normal -nan(ind) x y"), 1),
         (STL.replace("solid x", "solid a facet of vertex 1 2 3"), 1),
+        // Written in blocks, or by programs that end texts with Ctrl-Z.
+        (STL.replacen("solid x", &format!("solid x{}", "\0".repeat(73)), 1), 1),
+        (format!("{STL}{}", "\0".repeat(512)), 1),
+        (format!("{STL}\u{1a}"), 1),
+        (format!("{}{}", STL.replace('\n', "\n\0"), "\u{1a}".repeat(300)), 1),
     ] {
         let scene = load("a.stl", &text);
         assert_eq!(
@@ -113,6 +118,15 @@ fn stl_is_words_rather_than_lines() {
             scene.warnings
         );
         assert_eq!(scene.bounds.max, glam::Vec3::new(1.0, 1.0, 0.0), "{text}");
+    }
+    for comment in ["# made by a program\n", "#\r\n # solid\r\n", "\u{feff}#a\n#b\n"] {
+        let scene = load("a.stl", format!("{comment}{STL}"));
+        let what: Vec<&str> = scene.warnings.entries.iter().map(|entry| entry.what.as_str()).collect();
+        assert_eq!(
+            (scene.triangles.len(), &what[..]),
+            (1, &["lines without an STL statement skipped"][..]),
+            "{comment}"
+        );
     }
     let message = try_load("a.stl", STL.replace("vertex 1 0 0", "vertex 1 0").as_bytes()).unwrap_err();
     assert!(message.contains("a.stl:5: a 'vertex' needs 3 numbers, but there are 2"), "{message}");

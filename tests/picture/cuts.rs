@@ -83,7 +83,7 @@ fn a_cut_model_shows_what_brute_force_finds_in_the_kept_half() {
                 [Shading::Lit, Shading::AmbientOcclusion, Shading::Heat(HeatKind::Both), Shading::Heat(HeatKind::Steps)]
             {
                 let request = request(&accel, shading, Some(plane));
-                assert_traced(&request, &none, &format!("{container:?} {plane} {}", shading.name()));
+                assert_traced(&request, &none, &format!("{container:?} {plane:?} {}", shading.name()));
                 let coarse = RenderRequest { coarseness: 2.0, ..request };
                 assert!(traced(&coarse).stats.hits > 0);
             }
@@ -104,7 +104,7 @@ fn heat_maps_of_a_cut_model_count_the_tests_of_the_clipped_rays() {
         };
         let expected: Vec<f32> = rays(&request).iter().map(counts).collect();
         let frame = traced(&request);
-        assert_eq!(frame.values, expected, "{plane}");
+        assert_eq!(frame.values, expected, "{plane:?}");
         let summary = count_tests(&request, &CancelToken::new()).unwrap();
         assert_eq!((summary.rays, summary.hits), (frame.stats.primary_rays, frame.stats.hits));
         let [containers, primitives] = frame.stats.tests_per_ray().unwrap();

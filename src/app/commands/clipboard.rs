@@ -7,11 +7,11 @@ use serde_json::Value;
 
 use super::camera;
 use crate::app::format;
-use crate::app::state::{AppState, Presented, Request, Severity, SharedNodes, SharedState};
+use crate::app::state::{AppState, Presented, Request, Severity, SharedNodes, SharedState, Wanted};
 use crate::catalog::numbers::{Digits, NUMBERS, Number, Section};
 use crate::catalog::settings::used;
 use crate::scene::{Moment, SceneSource};
-use crate::view::NamedView;
+use crate::view::{CameraChoice, NamedView};
 use bvhscope_engine::tree::ContainerKind;
 
 /// Everything that another person needs to see what this window shows.
@@ -82,13 +82,19 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
         state.wanted.camera = before.camera;
     }
     if is_open {
+        // The coordinates of a line that was written by hand may be those of the file.
+        let shift = state.move_to_offset(before.offset);
+        if !own_view {
+            state.wanted.camera = state.wanted.camera.shifted(shift);
+        }
         state.wanted.moment = state.clip().map(|(moment, _)| moment);
     }
     match (is_open, own_view) {
         (true, true) => camera::reset(state, NamedView::Default),
         (true, false) => {}
         (false, own_view) => {
-            let camera = (!own_view).then_some(state.wanted.camera);
+            let Wanted { camera, offset, .. } = state.wanted;
+            let camera = (!own_view).then(|| CameraChoice::in_file(camera, offset));
             state.activity.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
         }
     }

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use glam::DVec3;
+
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::traverse::Traversal;
@@ -13,6 +15,7 @@ use crate::camera::{Camera, Projection};
 use crate::catalog::settings;
 use crate::overlay::{ColorBy, Selection};
 use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
+use crate::scene::to_file;
 use crate::text::quote;
 
 /// The command that makes the present picture without a window: `bvhscope render`, or where two trees are in view, `bvhscope diff`,
@@ -51,11 +54,11 @@ impl Line {
     }
 
     /// Place and direction of the camera.
-    fn camera(&mut self, camera: &Camera) {
-        let vector = |v: glam::Vec3| format!("{},{},{}", v.x, v.y, v.z);
-        self.flag("--eye", vector(camera.eye));
-        self.flag("--target", vector(camera.target));
-        self.flag("--up", vector(camera.up));
+    fn camera(&mut self, camera: &Camera, offset: DVec3) {
+        let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
+        self.flag("--eye", vector(to_file(camera.eye, offset)));
+        self.flag("--target", vector(to_file(camera.target, offset)));
+        self.flag("--up", vector(to_file(camera.up, DVec3::ZERO)));
         // Rounded, because the conversion between degrees and radians is not exact.
         self.flag("--fov", ((camera.fov_y.to_degrees() * 1e3).round() / 1e3).to_string());
     }
@@ -109,7 +112,7 @@ fn diff_line(state: &AppState) -> String {
     line.threads_and_size(state);
     line.moment(state);
     line.traversal(render.traversal);
-    line.camera(camera);
+    line.camera(camera, state.wanted.offset);
     let followed = TreeSide::ALL.into_iter().filter(|&side| follow_of(state, side) != Follow::default());
     let left_out: Vec<&str> = followed.map(TreeSide::name).collect();
     let mut text = line.end(state);
@@ -142,8 +145,8 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
     line.threads_and_size(state);
     line.moment(state);
     line.follow(state, side);
-    line.camera(camera);
-    picture_flags(render, &mut line);
+    line.camera(camera, state.wanted.offset);
+    picture_flags(render, state.wanted.offset, &mut line);
     let Selection { hidden, isolated, .. } = &state.selection.nodes;
     let hidden: BTreeSet<u32> = hidden.iter().copied().collect();
     let list = || hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(",");
@@ -159,12 +162,12 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
 }
 
 /// The flags of the picture. Those that rarely differ from their defaults are left out where they do not.
-fn picture_flags(render: &RenderSettings, line: &mut Line) {
+fn picture_flags(render: &RenderSettings, offset: DVec3, line: &mut Line) {
     line.flag("--shading", render.shading.name().to_owned());
     line.flag("--samples", render.samples.to_string());
     line.flag("--color-map", render.color_map.name().to_owned());
     line.flag("--cluster-depth", (render.shading == Shading::Clusters).then(|| render.cluster_depth.to_string()));
-    line.flag("--section", render.section.map(|plane| plane.to_string()));
+    line.flag("--section", render.section.map(|plane| plane.in_file(offset)));
     line.flag("--heat-range", render.heat_range.map(|[low, high]| format!("{low}..{high}")));
     line.traversal(render.traversal);
     let named = |differs: bool, name: &str| differs.then(|| name.to_owned());

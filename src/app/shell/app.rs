@@ -26,6 +26,7 @@ use crate::overlay::OverlayPipeline;
 use crate::render::Background;
 use crate::scene::SceneSource;
 use crate::text::shown_path;
+use crate::view::CameraChoice;
 
 /// Maximum time that [`App::run_until_idle`] waits.
 const IDLE_TIMEOUT: Duration = Duration::from_mins(2);
@@ -103,7 +104,10 @@ impl App {
         }
         let mut camera = options.camera;
         if let Some(shared) = options.shared {
-            camera = camera.or((!shared.has_own_view()).then_some(shared.wanted.camera.into()));
+            camera = camera.or((!shared.has_own_view()).then(|| {
+                let Wanted { camera, offset, .. } = shared.wanted;
+                CameraChoice::in_file(camera, offset)
+            }));
             state.wanted.source = shared.wanted.source.clone();
             commands::show_state(&mut state, shared);
         }

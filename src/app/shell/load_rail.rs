@@ -158,10 +158,11 @@ impl LoadRail {
     fn adopt(&mut self, key: LoadKey, file: Option<WatchedFile>, scene: Arc<Scene>, state: &mut AppState) {
         preferences::remember(&mut state.preferences.recent, &scene.source);
         state.messages.forget_errors();
-        let keep = self.keep_camera && orbit::still_sees(&state.wanted.camera, &scene.bounds);
+        let present = state.wanted.camera.shifted(state.move_to_offset(scene.offset));
+        let keep = self.keep_camera && orbit::still_sees(&present, &scene.bounds);
         self.next_camera = Some(match self.first_camera.take() {
             Some(choice) => choice.camera(&scene),
-            None if keep => state.wanted.camera,
+            None if keep => present,
             None => NamedView::Default.camera(&scene, scene.up),
         });
         self.keep_camera = false;
@@ -219,6 +220,7 @@ impl LoadRail {
         let before = self.before.take().filter(|before| before.is_same_model(scene));
         drop_in_background(state.model.loaded.replace(before.unwrap_or_else(|| Arc::clone(scene))));
         state.wanted.source = scene.source.clone();
+        state.move_to_offset(scene.offset);
         state.model.load_options.scene = (scene.scene_names.len() > 1).then_some(scene.shown_scene);
         let scene = state.model.load_options.scene;
         let source = state.wanted.source.clone();

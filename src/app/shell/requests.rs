@@ -105,7 +105,7 @@ impl BackgroundTasks {
                 Request::Open(source) => open(source, false, reconciler, state),
                 Request::OpenShared(source, tree_files, camera) => {
                     if let Some(camera) = camera {
-                        reconciler.set_next_view(camera.into());
+                        reconciler.set_next_view(camera);
                     }
                     let Wanted { moment, follow, second, .. } = state.wanted;
                     open(source, false, reconciler, state);

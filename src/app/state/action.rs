@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use crate::app::state::paper::{Experiment, RowFormat};
 use crate::app::state::preferences::Theme;
 use crate::app::state::second_tree::{CompareView, TreeSide};
-use crate::camera::Camera;
 use crate::lab::plot::Figure;
 use crate::overlay::ColorBy;
 use crate::render::Shading;
 use crate::scene::SceneSource;
+use crate::view::CameraChoice;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{BuilderKind, Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -312,7 +312,7 @@ pub enum Request {
     /// Open this model.
     Open(SceneSource),
     /// Open this model with its trees in these files, and look at it from this camera.
-    OpenShared(SceneSource, [Option<PathBuf>; 2], Option<Camera>),
+    OpenShared(SceneSource, [Option<PathBuf>; 2], Option<CameraChoice>),
     /// Read a tree of the present model from this file.
     OpenTree(TreeSide, PathBuf),
     /// Read a tree from a file chosen in the desktop's file dialog.

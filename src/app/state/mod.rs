@@ -48,6 +48,8 @@ pub use wanted::{HeatBasis, Wanted};
 
 use std::sync::Arc;
 
+use glam::{DVec3, Vec3};
+
 use self::paper::RowFormat;
 use crate::accel::Accel;
 use crate::lab::population::{Population, ViewRays};
@@ -91,6 +93,18 @@ pub struct AppState {
 }
 
 impl AppState {
+    /// Makes section plane and ray those of a scene with this offset, where they are in the file. Returns the shift of coordinates, by
+    /// which the camera follows once that scene is shown.
+    pub fn move_to_offset(&mut self, offset: DVec3) -> Vec3 {
+        let shift = (self.wanted.offset - offset).as_vec3();
+        self.wanted.offset = offset;
+        if shift != Vec3::ZERO {
+            self.wanted.render.section.iter_mut().for_each(|plane| plane.shift(shift));
+            self.model.ray.source.iter_mut().for_each(|source| source.shift(shift));
+        }
+        shift
+    }
+
     /// The state before anything is loaded.
     pub fn new(wanted: Wanted, preferences: Preferences) -> Self {
         Self {

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Weak};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::accel::{Accel, is_same};
@@ -10,6 +10,7 @@ use crate::app::state::study::Study;
 use crate::camera::Camera;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest};
 use crate::render::{NoRay, RayKind, RayStart, RenderSettings};
+use crate::scene::{from_file, to_file};
 use crate::text::{parse_direction, parse_vector};
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::Ray;
@@ -112,6 +113,16 @@ impl Default for PictureRay {
     }
 }
 
+impl RaySource {
+    /// Moves it with coordinates that become larger by `shift`.
+    pub fn shift(&mut self, shift: Vec3) {
+        self.camera = self.camera.shifted(shift);
+        if let RayStart::Given(ray) = &mut self.start {
+            *ray = Ray::new(ray.origin + shift, ray.direction);
+        }
+    }
+}
+
 impl PictureRay {
     /// Name of its view.
     pub const VIEW: &str = "Ray";
@@ -144,9 +155,11 @@ impl PictureRay {
     }
 
     /// Takes the typed ray, or says why it cannot be taken and keeps the one before.
-    pub fn take_typed(&mut self, camera: Camera, size_px: [u32; 2]) {
+    /// Its origin is in the coordinates of the file, of which those of the scene are less by `offset`.
+    pub fn take_typed(&mut self, camera: Camera, size_px: [u32; 2], offset: DVec3) {
         let [origin, direction] = &self.typed;
         let ray = parse_vector(origin).map_err(|reason| format!("Origin: {reason}")).and_then(|origin| {
+            let origin = from_file(origin, offset);
             Ok(Ray::new(origin, parse_direction(direction).map_err(|r| format!("Direction: {r}"))?))
         });
         match ray {
@@ -189,7 +202,7 @@ impl PictureRay {
                 }
                 if let Ok(record) = &*newest {
                     self.cursor = self.cursor.min(record.steps.len().saturating_sub(1));
-                    self.type_out(record.ray.origin, record.ray.direction);
+                    self.type_out(accel.scene.in_file(record.ray.origin), record.ray.direction);
                 }
                 self.shown = Some((Arc::downgrade(accel), newest));
             }
@@ -205,9 +218,9 @@ impl PictureRay {
     }
 
     /// Fills the fields with the ray that is shown, so that it can be changed a little.
-    fn type_out(&mut self, origin: Vec3, direction: Vec3) {
+    fn type_out(&mut self, origin: DVec3, direction: Vec3) {
         if self.fault.is_none() {
-            self.typed = [origin, direction].map(|v| format!("{}, {}, {}", v.x, v.y, v.z));
+            self.typed = [origin, to_file(direction, DVec3::ZERO)].map(|v| format!("{}, {}, {}", v.x, v.y, v.z));
         }
     }
 
@@ -282,13 +295,13 @@ mod tests {
             (["0,0,0", "0,0,NaN"], "Direction"),
         ] {
             view.typed = typed.map(str::to_owned);
-            view.take_typed(camera(), [10, 10]);
+            view.take_typed(camera(), [10, 10], DVec3::ZERO);
             assert!(view.fault.as_ref().is_some_and(|fault| fault.starts_with(part)), "{typed:?}: {:?}", view.fault);
             assert_eq!(view.source, before);
             assert_eq!(view.typed, typed, "what was typed stays");
         }
         view.typed = ["1, 2, 3", "0, 0, 4"].map(str::to_owned);
-        view.take_typed(camera(), [10, 10]);
+        view.take_typed(camera(), [10, 10], DVec3::ZERO);
         let taken = Ray::new(Vec3::new(1.0, 2.0, 3.0), Vec3::Z);
         assert_eq!((view.fault.clone(), view.source.map(|source| source.start)), (None, Some(RayStart::Given(taken))));
     }

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -81,7 +82,9 @@ impl SharedState {
 
     /// The line that opens this state.
     pub fn line(&self) -> String {
-        let difference = difference(&plain_value(&Self::default()), plain_value(self));
+        let mut own = plain_value(self);
+        move_points(&mut own, 1.0);
+        let difference = difference(&plain_value(&Self::default()), own);
         let difference = difference.unwrap_or_else(|| Value::Object(<_>::default()));
         format!("{COMMAND}{}", quote(&format!("{VERSION} {difference}")))
     }
@@ -103,6 +106,7 @@ impl SharedState {
         let mut changes = serde_json::from_str(json).map_err(broken)?;
         move_earlier_places(&mut changes);
         merge(&mut value, changes);
+        move_points(&mut value, -1.0);
         let state: Self = serde_json::from_value(value).map_err(broken)?;
         let mut paper = state.paper;
         paper.limit();
@@ -120,6 +124,36 @@ const EARLIER_PLACES: [(&[&str], &[&str]); 7] = [
     (&["lab", "motion"], &["views", "Motion"]),
     (&["lab"], &["picture"]),
 ];
+
+/// Points of a state that the line has in the coordinates of the file.
+const POINTS: [&str; 5] = [
+    "/wanted/camera/eye",
+    "/wanted/camera/target",
+    "/picture/ray/start/pixel/camera/eye",
+    "/picture/ray/start/pixel/camera/target",
+    "/picture/ray/start/ray/origin",
+];
+
+/// Moves the points and the section plane of a state as JSON by `times` its offset, in double precision.
+fn move_points(state: &mut Value, times: f64) {
+    let vector = |value: Option<&Value>| value.and_then(|value| serde_json::from_value::<DVec3>(value.clone()).ok());
+    let Some(offset) = vector(state.pointer("/wanted/offset")).filter(|offset| offset.is_finite()) else { return };
+    let shift = offset * times;
+    if shift == DVec3::ZERO {
+        return;
+    }
+    for path in POINTS {
+        if let Some(place) = state.pointer_mut(path)
+            && let Some(point) = vector(Some(place))
+        {
+            *place = (point + shift).to_array().to_vec().into();
+        }
+    }
+    let normal = vector(state.pointer("/wanted/render/section/normal"));
+    if let (Some(normal), Some(along)) = (normal, state.pointer_mut("/wanted/render/section/offset")) {
+        *along = (along.as_f64().unwrap_or_default() + normal.dot(shift)).into();
+    }
+}
 
 /// Moves members of `changes` that an earlier version had elsewhere to their present places.
 fn move_earlier_places(changes: &mut Value) {
@@ -203,5 +237,23 @@ mod tests {
         }
         let clamped = SharedState::parse("1 {\"wanted\":{\"build\":{\"threshold\":4000000}}}").unwrap();
         assert_eq!(clamped.wanted.build.threshold, bvhscope_engine::settings::BuildSettings::MAX_THRESHOLD);
+    }
+
+    /// Of a model far from the origin the line has the coordinates of the file, whatever they are in memory.
+    #[test]
+    fn points_and_planes_of_a_line_are_those_of_the_file() {
+        let mut state = SharedState::default();
+        state.wanted.offset = DVec3::new(408_204.0, 4_080_928.0, -0.5);
+        state.wanted.camera.eye = glam::Vec3::new(-2.42, 0.1, 1.5);
+        state.wanted.render.section =
+            Some(crate::section::SectionPlane { normal: glam::Vec3::X, offset: 0.25, flipped: true });
+        let line = state.line();
+        for part in ["408201.58,4080928.1,1.0", "408204.25"] {
+            assert!(line.contains(part), "{part}: {line}");
+        }
+        assert_eq!(SharedState::parse(&line), Ok(state));
+        // Written by hand, without the offset, as precise as single precision is.
+        let by_hand = SharedState::parse(r#"1 {"wanted":{"camera":{"eye":[408201.58,4080928.1,1.0]}}}"#).unwrap();
+        assert_eq!((by_hand.wanted.offset, by_hand.wanted.camera.eye.x), (DVec3::ZERO, 408_201.6));
     }
 }

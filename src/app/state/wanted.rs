@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::accel::Follow;
@@ -35,6 +35,9 @@ pub struct Wanted {
     pub threads: usize,
     /// The camera.
     pub camera: Camera,
+    /// Subtracted from the coordinates of the file in those of camera and section plane, [`Scene::offset`](crate::scene::Scene::offset).
+    #[serde(default)]
+    pub offset: DVec3,
     /// How the picture is shaded and sampled.
     pub render: RenderSettings,
     /// Which bounding volumes are drawn over the picture, and how.
@@ -57,6 +60,7 @@ impl Wanted {
             build: BuildSettings::default(),
             threads: 0,
             camera: Camera::framing(&Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }, Vec3::Y),
+            offset: DVec3::ZERO,
             render: RenderSettings::default(),
             overlay: OverlaySettings::default(),
             second: None,
@@ -84,6 +88,9 @@ impl Wanted {
         self.overlay.line_width = self.overlay.line_width.clamp(0.25, 16.0);
         self.overlay.hidden_alpha = self.overlay.hidden_alpha.clamp(0.0, 1.0);
         self.render.section = self.render.section.filter(SectionPlane::is_usable);
+        if !self.offset.is_finite() {
+            self.offset = DVec3::ZERO;
+        }
         if !self.camera.is_usable() {
             self.camera = Self::new(self.source.clone()).camera;
         }

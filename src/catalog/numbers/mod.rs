@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::reading::TreeReading;
 use super::terms::{self, Term};
-use crate::text::{count, number};
+use crate::text::{number, whole};
 
 /// A number of a tree.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +63,7 @@ impl Digits {
     pub fn text(self, value: f64) -> String {
         match self {
             _ if value.is_nan() => number(value),
-            Self::Count | Self::Bytes => count(value as u64),
+            Self::Count | Self::Bytes => whole(value),
             Self::Significant => number(value),
             Self::Rounded => format!("{value:.0}"),
         }

@@ -1,7 +1,7 @@
 //! Flags of the camera, the picture and the overlay.
 
 use clap::Args;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::cli::named::{drawn_containers, help, named, simd};
 use crate::cli::values::{self, ViewArg};
@@ -19,12 +19,12 @@ pub struct CameraArgs {
                                     PBRT scene; from inside where the model encloses its centre; otherwise outside; measurements \
                                     start outside)"))]
     pub camera: Option<ViewArg>,
-    /// Position of the observer
+    /// Position of the observer, in the coordinates of the file
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub eye: Option<Vec3>,
-    /// The point at the centre of the picture
+    pub eye: Option<DVec3>,
+    /// The point at the centre of the picture, in the coordinates of the file
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub target: Option<Vec3>,
+    pub target: Option<DVec3>,
     /// The up direction of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub up: Option<Vec3>,

@@ -1,7 +1,7 @@
 //! Flags of `ray`.
 
 use clap::{ArgGroup, Args};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::picture::CameraArgs;
 use super::shared::{BuildArgs, StrictLoadArgs, TreeFileArgs};
@@ -32,9 +32,9 @@ pub struct RayArgs {
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1280x720")]
     pub size: [u32; 2],
-    /// The ray from this point
+    /// The ray from this point, in the coordinates of the file
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true, requires = "direction")]
-    pub origin: Option<Vec3>,
+    pub origin: Option<DVec3>,
     /// Where the ray from --origin goes; scaled to length 1, so that distances are in the model's unit
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "origin")]
     pub direction: Option<Vec3>,

@@ -17,12 +17,12 @@ use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
 use crate::headless::info::InfoCommand;
-use crate::headless::ray::RayCommand;
+use crate::headless::ray::{ChosenStart, RayCommand};
 use crate::headless::tree::TreeCommand;
 use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, Times, TreeOrigin};
 use crate::lab::ray::RayMethod;
 use crate::overlay::{OverlaySettings, Selection};
-use crate::render::{RayStart, RenderSettings};
+use crate::render::RenderSettings;
 use crate::scene::SceneSource;
 #[cfg(feature = "gui")]
 use crate::text::quoted;
@@ -30,7 +30,6 @@ use crate::text::quoted;
 use crate::view::CameraChoice;
 use crate::view::NamedView;
 use bvhscope_engine::follow::Policy;
-use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -109,7 +108,7 @@ fn bookmark(name: &str, source: &SceneSource) -> Result<CameraChoice, Failure> {
     if found.source != source.absolute() {
         note(format_args!("bvhscope: warning: {} was kept for {}", found.name, found.source));
     }
-    Ok(found.camera.into())
+    Ok(CameraChoice::of_scene(found.camera))
 }
 
 pub fn merges(args: MergesArgs) -> MergesCommand {
@@ -175,8 +174,8 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
                 "--pixel {x},{y}: the picture has {width}x{height} pixels, 0,0 to {last}; --size gives it more"
             )));
         }
-        (Some(pixel), ..) => RayStart::Pixel(pixel),
-        (None, Some(origin), Some(direction)) => RayStart::Given(Ray::new(origin, direction)),
+        (Some(pixel), ..) => ChosenStart::Pixel(pixel),
+        (None, Some(origin), Some(direction)) => ChosenStart::Given(origin, direction),
         _ => return Err(Failure::Usage("--pixel, or --origin and --direction, say which ray".to_owned())),
     };
     let base = RenderSettings::default();
@@ -253,6 +252,7 @@ mod tests {
         wanted.threads = 2;
         wanted.camera.projection = Projection::Orthographic;
         wanted.camera.eye.x = -1.25e-3;
+        wanted.offset = glam::DVec3::new(408_204.0, 4_080_928.0, -0.5);
         wanted.render = RenderSettings {
             shading: Shading::Heat(HeatKind::Primitives),
             light: Light::Headlight,
@@ -294,12 +294,13 @@ mod tests {
         // Passes for boxes only are dropped for spheres.
         let built = BuildSettings { optimize: Passes::NONE.with(Pass::Collapse), ..wanted.build };
         let bounds = bvhscope_engine::geometry::Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ONE };
-        assert_eq!(job.section.map(|choice| choice.plane(&bounds)), wanted.render.section);
+        assert_eq!(job.section.map(|choice| choice.plane(&bounds, wanted.offset)), wanted.render.section);
         let settings = RenderSettings { section: None, ..wanted.render };
         assert_eq!((job.source, job.build, job.settings), (wanted.source, built, settings), "{line}");
         assert_eq!((job.overlay, job.size), (Some(wanted.overlay), [800, 500]), "{line}");
         assert_eq!((job.selection, job.geometry), (state.selection.nodes, false));
-        assert_eq!((job.camera.eye, job.camera.target), (Some(wanted.camera.eye), Some(wanted.camera.target)));
+        let in_file = |point| Some(crate::scene::to_file(point, wanted.offset));
+        assert_eq!((job.camera.eye, job.camera.target), (in_file(wanted.camera.eye), in_file(wanted.camera.target)));
         assert!(job.camera.orthographic && (job.camera.fov_y.unwrap() - wanted.camera.fov_y).abs() < 1e-4);
     }
 

@@ -54,6 +54,7 @@ pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
     CameraChoice {
         view,
         of_file,
+        of_scene: None,
         eye: args.eye,
         target: args.target,
         up: args.up,

@@ -130,8 +130,8 @@ fn measurement(
         width_px: view.size[0],
         height_px: view.size[1],
         repeat: view.repeat,
-        conditions: Some(Conditions::of_process(Some(&view.camera), view.simd)),
+        conditions: Some(Conditions::of_process(Some((&view.camera, subject.scene.offset)), view.simd)),
         populations: row.rays.clone(),
-        warnings: subject.scene.warnings.entries.iter().map(ToString::to_string).collect(),
+        warnings: row.warnings.entries.iter().map(ToString::to_string).collect(),
     }
 }

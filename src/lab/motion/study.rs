@@ -8,7 +8,7 @@ use crate::budget::Budget;
 use crate::catalog::reading::Times;
 use crate::lab::measure::LabError;
 use crate::lab::population::{MeasuredRays, Population, ViewRays};
-use crate::scene::{Moment, Motion, Pose, Scene};
+use crate::scene::{Moment, Motion, Pose, Scene, Warnings};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::{Follower, POSES, Policy, Update};
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
@@ -91,6 +91,8 @@ pub struct MotionRow {
     pub ray_ns: f64,
     /// Fastest and slowest repetition of that; `None` where it was measured once.
     pub ray_spread_ns: Option<[f64; 2]>,
+    /// Warnings of the model at this moment.
+    pub warnings: Warnings,
 }
 
 impl MotionRow {
@@ -164,6 +166,7 @@ impl MotionStudy {
                 rays,
                 ray_ns: ray.ms,
                 ray_spread_ns: ray.spread,
+                warnings: scene.warnings.clone(),
             });
             token.set_progress(1.0);
         }

@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, tick_text};
-use crate::text::cut;
+use crate::text::{cut, printable};
 
 /// The palette of Okabe and Ito as RGB: distinguishable with any colour vision and in greyscale.
 pub const COLORS: [[u8; 3]; 7] =
@@ -47,9 +47,11 @@ pub fn font() -> &'static str {
     FONT
 }
 
-/// The text of an SVG with fallbacks for viewers without the font.
-pub fn with_fallback_fonts(svg: &str) -> String {
-    svg.replace(&format!("font-family=\"{FONT}\""), "font-family=\"Ubuntu, Helvetica, Arial, sans-serif\"")
+/// The text of an SVG for any viewer: with fallbacks for those without the font, and with control characters of names escaped, which XML
+/// cannot hold.
+pub fn for_viewers(svg: &str) -> String {
+    let font = [format!("font-family=\"{FONT}\""), "font-family=\"Ubuntu, Helvetica, Arial, sans-serif\"".to_owned()];
+    svg.split('\n').map(|line| printable(line).replace(&font[0], &font[1])).collect::<Vec<_>>().join("\n")
 }
 
 /// Width of a text in pixels.
@@ -210,5 +212,17 @@ fn marker<B: DrawingBackend>(at: (i32, i32), shape: usize, color: RGBColor) -> D
         0 => Circle::new(at, 5, color.filled()).into_dyn(),
         1 => Rectangle::new([(x - 4, y - 4), (x + 5, y + 5)], color.filled()).into_dyn(),
         _ => Polygon::new([(x - 6, y), (x, y - 6), (x + 6, y), (x, y + 6)], color.filled()).into_dyn(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_svg_has_no_character_that_xml_lacks() {
+        let svg = "<text font-family=\"sans-serif\">a\u{0}\u{7}\u{1b}[2J\u{202e}é</text>\n<g/>\n";
+        let found = for_viewers(svg);
+        assert!(found.ends_with(">a\\u{0}\\u{7}\\u{1b}[2J\\u{202e}é</text>\n<g/>\n"), "{found}");
     }
 }

@@ -9,6 +9,7 @@ use super::chart::{Chart, Curve};
 use super::charts::charts;
 use super::draw::{self, text_width};
 use super::notes::notes;
+use crate::export::wrong_ending;
 use crate::lab::measure::LabError;
 use crate::lab::measurement::Measurement;
 use bvhscope_engine::cancel::CancelToken;
@@ -61,7 +62,7 @@ impl PlotFormat {
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
             Some("svg") => Ok(Self::Svg),
-            _ => Err(format!("{}: the plot must end in .png or .svg", path.display())),
+            _ => Err(wrong_ending(path, "the plot must end in .png or .svg")),
         }
     }
 }
@@ -158,7 +159,7 @@ pub fn draw(figure: &Figure, format: PlotFormat, token: &CancelToken) -> Result<
         PlotFormat::Svg => {
             let mut text = String::new();
             draw_on(&SVGBackend::with_string(&mut text, size).into_drawing_area(), &lines, &bands, token)?;
-            Ok(draw::with_fallback_fonts(&text).into_bytes())
+            Ok(draw::for_viewers(&text).into_bytes())
         }
         PlotFormat::Png => {
             let mut pixels = vec![255_u8; (size.0 * size.1 * 3) as usize];

@@ -17,5 +17,5 @@ mod draw;
 
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Curve, Look, Point, tick_text};
-pub use draw::{COLORS, font, text_width, with_fallback_fonts};
+pub use draw::{COLORS, font, for_viewers, text_width};
 pub use figure::{Figure, PlotFormat, draw};

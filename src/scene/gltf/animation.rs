@@ -15,7 +15,7 @@ use crate::budget::Budget;
 use crate::scene::assemble::BATCH_SIZE;
 use crate::scene::error::{FileLocation, Warnings};
 use crate::scene::motion::{Clip, Curve, Interpolation, Target, Track};
-use crate::text::quoted;
+use crate::text::{counted, quoted};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Numbers in the keys of all clips; more are taken for a mistake or an attack: accessors that overlap can announce any number.
@@ -164,6 +164,16 @@ impl<'a> Reader<'a, '_> {
         let sampler =
             sampler.ok_or_else(|| Fault::new(NOTHING_NAMED, format!("its sampler, there are {}", samplers.len())))?;
         let curve = self.curve(sampler, property, place)?;
+        if property == Property::Weights {
+            let targets = self.document.gltf.nodes().nth(node).map_or(0, |node| morph_targets(&node));
+            let width = self.curves[curve].width();
+            if width != targets {
+                let there_are = format!("{width} for {}", counted(targets as u64, "targets"));
+                let location = || FileLocation::in_json(place, there_are);
+                let what = "channels of animations with another number of weights than the mesh has morph targets";
+                self.warnings.add(what, location);
+            }
+        }
         let target = match property {
             Property::Translation => Target::Translation(place_of_node),
             Property::Rotation => Target::Rotation(place_of_node),
@@ -301,6 +311,12 @@ impl<'a> Reader<'a, '_> {
         let times: Arc<[f32]> = keys.into_iter().map(|(time, _)| time).collect();
         Ok(Curve::new(times, numbers, width, interpolation))
     }
+}
+
+/// Number of morph targets of a node's mesh.
+pub(super) fn morph_targets(node: &gltf::Node) -> usize {
+    let primitives = node.mesh().into_iter().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
+    primitives.map(|primitive| primitive.morph_targets().len()).max().unwrap_or(0)
 }
 
 /// The property that a channel's path names.

@@ -11,27 +11,34 @@ use bvhscope_engine::cancel::Cancelled;
 
 /// Sets of four joints that are read; files with more are not known.
 const MAX_SETS: u32 = 2;
+/// Largest joint weight, of which there are at most eight a vertex.
+const MAX_WEIGHT: f32 = 1e37;
+/// How far the weights of a vertex may be from adding up to 1: those of eight bits are rounded.
+const WEIGHTS_SLACK: f32 = 0.05;
 /// Bytes of a vertex in a morph target.
 const TARGET_BYTES: u64 = 3 * size_of::<Vec3>() as u64;
 
 /// The joints that hold each vertex, and their shares: one list for each set of four; none without a skin.
 pub(super) fn holds(attributes: &mut Attributes) -> Result<Vec<Vec<Hold>>, Cancelled> {
-    let is_joint = |accessor: &Accessor| {
-        // Those that Draco has compressed were decoded as floats.
-        let is_whole = matches!(accessor.component, DataType::U8 | DataType::U16 | DataType::F32);
-        accessor.width == 4 && is_whole && !accessor.normalized
-    };
     let mut sets = Vec::new();
     for set in 0..MAX_SETS {
-        let joints = attributes.open(&Semantic::Joints(set), "joints", is_joint)?;
-        let weights =
-            attributes.open(&Semantic::Weights(set), "weights", |found| found.width == 4 && is_unit(found))?;
+        let [of_joints, of_weights] = [Semantic::Joints(set), Semantic::Weights(set)];
+        // Draco decodes them as floats, whatever the file says.
+        let declared = attributes.json.get(&of_joints).map(|json| json.data_type());
+        let is_whole = matches!(declared, Some(DataType::U8 | DataType::U16));
+        let is_joint = |accessor: &Accessor| accessor.width == 4 && is_whole && !accessor.normalized;
+        let joints = attributes.open(&of_joints, "joints", is_joint)?;
+        let weights = attributes.open(&of_weights, "weights", |found| found.width == 4 && is_unit(found))?;
+        for (own, other) in [(&of_joints, &of_weights), (&of_weights, &of_joints)] {
+            if attributes.json.get(own).is_some() && attributes.json.get(other).is_none() {
+                let what = "primitives shown without joints or weights that are there alone".to_owned();
+                attributes.faults.push((1, what, at(&format!("attributes.{}", own.to_string()), "")));
+            }
+        }
         let (Some(joints), Some(weights)) = (joints, weights) else { break };
         let gather = attributes.gather;
         let joints = gather.all(&joints, |joints: [f32; 4]| joints.map(|joint| joint as u16))?;
-        // Of a negative share, or of one that is no number, nothing is left.
-        let weights =
-            gather.all(&weights, |weights: [f32; 4]| weights.map(|weight| weight.clamp(0.0, f32::MAX).max(0.0)))?;
+        let weights = gather.all(&weights, |weights: [f32; 4]| weights)?;
         sets.push(
             joints.into_iter().zip(weights).map(|(joints, weights)| Hold { joints, weights }).collect::<Vec<_>>(),
         );
@@ -43,14 +50,45 @@ pub(super) fn holds(attributes: &mut Attributes) -> Result<Vec<Vec<Hold>>, Cance
     if sets.is_empty() {
         return Ok(sets);
     }
+    let mut faults = [0_u64; 3];
     for vertex in 0..attributes.gather.len() {
         if vertex.is_multiple_of(crate::scene::assemble::BATCH_SIZE) {
             attributes.gather.token.check()?;
         }
-        let total = sets.iter().flat_map(|set| set[vertex].weights).sum();
-        share(sets.iter_mut().map(|set| &mut set[vertex]), total);
+        let [bad, none, uneven] = share_weights(sets.iter_mut().map(|set| &mut set[vertex]));
+        for (count, is_faulty) in faults.iter_mut().zip([bad, none, uneven]) {
+            *count = count.saturating_add(u64::from(is_faulty));
+        }
+    }
+    let kinds = [
+        "vertices with joint weights that are negative or no numbers, which count as 0",
+        "vertices without a joint weight held by the first joint",
+        "vertices whose joint weights do not add up to 1 held by each in proportion",
+    ];
+    for (count, kind) in faults.into_iter().zip(kinds) {
+        if count > 0 {
+            attributes.faults.push((count, kind.to_owned(), at("attributes.WEIGHTS_0", "")));
+        }
     }
     Ok(sets)
+}
+
+/// Makes shares of the weights of a vertex. Whether some were negative or no numbers, none was above 0, or the sum was not 1.
+fn share_weights<'a>(holds: impl Iterator<Item = &'a mut Hold>) -> [bool; 3] {
+    let mut holds: arrayvec::ArrayVec<&mut Hold, { MAX_SETS as usize }> = holds.collect();
+    let (mut is_bad, mut total) = (false, 0.0_f32);
+    for hold in &mut holds {
+        for weight in &mut hold.weights {
+            if !(weight.is_finite() && *weight >= 0.0) {
+                (is_bad, *weight) = (true, 0.0);
+            }
+            // So that the sum is a number.
+            *weight = weight.min(MAX_WEIGHT);
+            total += *weight;
+        }
+    }
+    share(holds.into_iter(), total);
+    [is_bad, total == 0.0 && !is_bad, total > 0.0 && !is_bad && (total - 1.0).abs() > WEIGHTS_SLACK]
 }
 
 /// The morph targets; those that cannot be read move nothing.

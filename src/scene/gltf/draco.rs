@@ -1,6 +1,7 @@
 //! Meshes compressed by Draco (KHR_draco_mesh_compression), which are decoded into the data of their accessors.
 
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
+use gltf::Semantic;
 use gltf::accessor::DataType;
 use gltf::mesh::Mode;
 use serde_json::Value;
@@ -20,7 +21,10 @@ pub(super) fn decode_all(document: &Document, token: &CancelToken) -> Result<Dec
         for primitive in mesh.primitives() {
             token.check()?;
             let Some(compressed) = primitive.extension_value(extension::DRACO) else { continue };
-            let attributes = primitive.attributes().map(|(_, accessor)| accessor);
+            // Others are ordinary accessors, without bufferView zeros that sparse values may replace.
+            let is_listed = |semantic: &Semantic| listed(compressed, semantic).is_some();
+            let attributes = primitive.attributes().filter(|(semantic, _)| is_listed(semantic));
+            let attributes = attributes.map(|(_, accessor)| accessor);
             let lacking: Vec<usize> = (primitive.indices().into_iter().chain(attributes))
                 .filter(|accessor| accessor.view().is_none())
                 .map(|accessor| accessor.index())
@@ -38,6 +42,11 @@ pub(super) fn decode_all(document: &Document, token: &CancelToken) -> Result<Dec
         }
     }
     Ok(decoded)
+}
+
+/// The number that the extension gives an attribute in the compressed data.
+fn listed<'a>(compressed: &'a Value, semantic: &Semantic) -> Option<&'a Value> {
+    compressed.get("attributes")?.get(semantic.to_string())
 }
 
 /// Decodes a primitive on a thread of its own, since the decoder cannot be interrupted.
@@ -89,8 +98,8 @@ fn store(
         put(&indices, Ok(DecodedData { bytes, component: DataType::U32, count }));
     }
     for (semantic, accessor) in primitive.attributes() {
-        let id = compressed.get("attributes").and_then(|ids| ids.get(semantic.to_string())?.as_u64());
-        let attribute = id.and_then(|id| mesh.attribute_by_unique_id(u32::try_from(id).ok()?));
+        let Some(id) = listed(compressed, &semantic) else { continue };
+        let attribute = id.as_u64().and_then(|id| mesh.attribute_by_unique_id(u32::try_from(id).ok()?));
         let Some(attribute) = attribute else {
             put(&accessor, Err(format!("it has no {}", semantic.to_string())));
             continue;

@@ -140,6 +140,12 @@ fn plan<'a>(
         };
         let joints = skin.as_ref().map(|skin| skin.transforms(&hierarchy.worlds));
         let weights = node.weights().or_else(|| node.mesh()?.weights()).unwrap_or_default().to_vec();
+        let targets = animation::morph_targets(&node);
+        if !weights.is_empty() && weights.len() != targets {
+            let there_are = format!("{} for {}", weights.len(), counted(targets as u64, "targets"));
+            let location = || FileLocation::in_json(format!("nodes[{}]", placement.node), there_are);
+            warnings.add("nodes with another number of weights than the mesh has morph targets", location);
+        }
         copies.push(Copies { placement, instances, skin, joints, weights, is_kept });
     }
     if total > MAX_TRIANGLES {

@@ -9,6 +9,7 @@ use gltf::accessor::{DataType, Dimensions};
 use super::accessor::{AccessorError, Accessors, WRONG_TYPE};
 use super::document::Fault;
 use crate::scene::error::{FileLocation, Warnings};
+use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// A skin that has at least one joint, all of them in the scene.
@@ -44,7 +45,7 @@ impl Skins {
         if let Some(known) = self.0.get(&skin.index()) {
             return Ok(known.clone());
         }
-        let found = match read(skin, worlds, accessors, token) {
+        let found = match read(skin, worlds, accessors, warnings, token) {
             // The entry for skins that do not exist has no joints.
             Ok(skin) => Some(Rc::new(skin)).filter(|skin| !skin.joints.is_empty()),
             Err(AccessorError::Unreadable(fault)) => {
@@ -63,20 +64,30 @@ fn read<'a>(
     skin: &gltf::Skin<'a>,
     worlds: &[Option<DMat4>],
     accessors: &Accessors<'a>,
+    warnings: &mut Warnings,
     token: &CancelToken,
 ) -> Result<Skin, AccessorError> {
     let joints: Vec<usize> = skin.joints().map(|joint| joint.index()).collect();
     let count = joints.len();
     let inverse = skin.inverse_bind_matrices().map(|json| -> Result<_, AccessorError> {
         let accessor = accessors.open_any(&json, token)?;
-        if json.dimensions() != Dimensions::Mat4 || accessor.component != DataType::F32 || accessor.count < count {
-            let detail = format!("accessors[{}]: no {count} matrices of floats", json.index());
+        if json.dimensions() != Dimensions::Mat4 || accessor.component != DataType::F32 {
+            let detail = format!("accessors[{}]: no matrices of floats", json.index());
             return Err(Fault::new(WRONG_TYPE, detail).into());
         }
         Ok(accessor)
     });
     let inverse = inverse.transpose()?;
-    let bind = |k| inverse.as_ref().map_or(Mat4::IDENTITY, |list| Mat4::from_cols_array(&list.element(k)));
+    let given = inverse.as_ref().map_or(count, |list| list.count);
+    let lacking = count.saturating_sub(given) as u64;
+    warnings.add_many(lacking, "joints without an inverse bind matrix, in place of which stands the identity", || {
+        let detail = format!("{} for {}", counted(given as u64, "matrices"), counted(count as u64, "joints"));
+        FileLocation::in_json(format!("skins[{}].inverseBindMatrices", skin.index()), detail)
+    });
+    let bind = |k| match &inverse {
+        Some(list) if k < list.count => Mat4::from_cols_array(&list.element(k)),
+        _ => Mat4::IDENTITY,
+    };
     let inverse_bind: Vec<DMat4> = (0..count).map(|k| bind(k).as_dmat4()).collect();
     if let Some(joint) = inverse_bind.iter().position(|matrix| !matrix.is_finite()) {
         return Err(Fault::new("matrices that are not finite", format!("the one of joints[{joint}]")).into());

@@ -37,6 +37,8 @@ pub struct Pose {
     pub(in crate::scene) surface: Option<Arc<Surface>>,
     /// Positions of the vertices that the triangles are made of.
     pub(in crate::scene) positions: Vec<Vec3>,
+    /// Number of triangles that a clip moves to coordinates that are not numbers or too large: they are points, which no ray hits.
+    pub(in crate::scene) lost: u64,
 }
 
 /// Whatever moves the triangles of a model.
@@ -75,14 +77,14 @@ impl Pose {
     }
 }
 
-/// Moves positions to the origin where no triangle must be: numbers that are none, or beyond the largest coordinate.
-pub(super) fn keep_usable(positions: &mut [Vec3]) {
+/// Marks positions where no triangle must be by NaN: numbers that are none, or beyond the largest coordinate.
+pub(super) fn mark_unusable(positions: &mut [Vec3]) {
     let is_usable = |number: f32| number.abs() <= MAX_COORDINATE;
     let numbers: &[f32] = bytemuck::cast_slice(positions);
     // All at once, without a branch for each.
     if !numbers.iter().fold(true, |all, &number| all & is_usable(number)) {
         for position in positions.iter_mut().filter(|position| !position.to_array().into_iter().all(is_usable)) {
-            *position = Vec3::ZERO;
+            *position = Vec3::NAN;
         }
     }
 }

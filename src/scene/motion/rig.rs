@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 
 use super::curve::Curve;
-use super::pose::{Moment, Mover, Pose, keep_usable};
+use super::pose::{Moment, Mover, Pose, mark_unusable};
 use super::shape::{Shape, Vertices};
 use crate::scene::error::LoadError;
 use bvhscope_engine::cancel::CancelToken;
@@ -236,10 +236,11 @@ impl Mover for Rig {
             let Vertices { positions, normals, tangents } = vertices;
             let vertices = Vertices { positions: &mut *positions, normals, tangents };
             shape.place(first, &transforms[part], &weights[*node], vertices);
-            keep_usable(positions);
+            mark_unusable(positions);
             Ok(())
         })?;
         let mut first_vertex = 0;
+        pose.lost = 0;
         for part in &self.parts {
             let end = first_vertex + part.shape.positions.len();
             let positions = &pose.positions[first_vertex..end];
@@ -247,19 +248,22 @@ impl Mover for Rig {
             let corners = self.corners[part.triangles.clone()].chunks(TRIANGLES_PER_TASK);
             let triangles = pose.triangles[part.triangles.clone()].chunks_mut(TRIANGLES_PER_TASK);
             let is_visible = is_visible[part.node];
-            par_tasks(triangles.zip(corners), token, |(triangles, corners), _| {
-                for (triangle, &[a, b, c]) in triangles.iter_mut().zip(corners) {
-                    let at = |corner: u32| positions[corner as usize];
-                    *triangle = Triangle { a: at(a), b: at(b), c: at(c) };
-                }
-                if !is_visible {
-                    // Hidden triangles stay in the list as points, which no ray hits.
-                    for triangle in triangles {
-                        (triangle.b, triangle.c) = (triangle.a, triangle.a);
+            let lost = par_tasks(triangles.zip(corners), token, |(triangles, corners), _| {
+                let mut lost = 0;
+                for (triangle, corners) in triangles.iter_mut().zip(corners) {
+                    let [a, b, c] = corners.map(|corner| positions[corner as usize]);
+                    *triangle = Triangle { a, b, c };
+                    let is_usable = !(a + b + c).is_nan();
+                    if !(is_usable && is_visible) {
+                        // Triangles that are hidden or nowhere stay in the list as points, which no ray hits.
+                        let point = [a, b, c].into_iter().find(|corner| !corner.is_nan()).unwrap_or_default();
+                        *triangle = Triangle { a: point, b: point, c: point };
+                        lost += u64::from(!is_usable && is_visible);
                     }
                 }
-                Ok(())
+                Ok(lost)
             })?;
+            pose.lost += lost.into_iter().sum::<u64>();
         }
         Ok(())
     }

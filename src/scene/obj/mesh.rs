@@ -8,7 +8,7 @@ use super::super::assemble::{Assembly, VertexLists, check_vertices, collect_canc
 use super::super::error::{FileLocation, LoadError};
 use super::super::material::linear_from_srgb;
 use super::super::offset::{Extent, moved};
-use super::super::polygon::{OVERLAP, PolygonCutter};
+use super::super::polygon::PolygonCutter;
 use super::rules::Parts;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -94,8 +94,8 @@ impl Target<'_> {
             polygon.clear();
             polygon.extend(corners.iter().map(|&corner| self.points.get(corner as usize).copied().unwrap_or_default()));
             let cut = cutter.cut(&polygon, token)?;
-            if cut.overlap {
-                assembly.warnings.add(OVERLAP, || FileLocation::Line(line));
+            if let Some(flaw) = cut.flaw {
+                assembly.warnings.add(flaw, || FileLocation::Line(line));
             }
             let mut push = |[a, b, c]: [usize; 3]| {
                 let corner = |k: usize| corners.get(k).copied().unwrap_or(u32::MAX);

@@ -100,7 +100,7 @@ impl Parameters {
 }
 
 /// A single value, or those of a list.
-fn values(tokens: &mut Tokens) -> Result<Values, LoadError> {
+pub(super) fn values(tokens: &mut Tokens) -> Result<Values, LoadError> {
     let is_list = tokens.skip(b'[')?;
     let is_text = |byte: u8| byte == b'"' || byte.is_ascii_alphabetic();
     if tokens.peek()?.is_some_and(is_text) {

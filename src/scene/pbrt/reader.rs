@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DMat4, DVec3, Vec3};
 
 use super::files::Files;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, values};
 use super::placed::{Item, Placed};
 use super::surface::{Surfaces, color};
 use super::tokens::{CORRECT, Tokens};
@@ -25,8 +25,7 @@ const MEMORY_INTERVAL: u64 = 1 << 22;
 const BYTES_PER_ENTRY: u64 = 256;
 
 /// Statements whose parameters do not change what is shown.
-const WITHOUT_EFFECT: [&[u8]; 6] =
-    [b"Accelerator", b"Integrator", b"MakeNamedMedium", b"Option", b"PixelFilter", b"Sampler"];
+const WITHOUT_EFFECT: [&[u8]; 5] = [b"Accelerator", b"Integrator", b"MakeNamedMedium", b"PixelFilter", b"Sampler"];
 
 /// The surface of the shapes that follow.
 #[derive(Clone, Copy)]
@@ -78,6 +77,8 @@ pub(super) struct Reader<'a, 'b> {
     objects: HashMap<String, usize>,
     /// The object whose shapes are read.
     object: Option<usize>,
+    /// Number of objects that have begun within it.
+    inner_objects: u32,
     pub(super) files: Files<'a>,
     /// Bytes of what was read, and those at which memory is checked next.
     memory: [u64; 2],
@@ -105,6 +106,7 @@ impl<'a, 'b> Reader<'a, 'b> {
             systems: HashMap::new(),
             objects: HashMap::new(),
             object: None,
+            inner_objects: 0,
             memory: [0, MEMORY_INTERVAL],
             not_understood: None,
         }
@@ -134,6 +136,9 @@ impl<'a, 'b> Reader<'a, 'b> {
                 if self.blocks.last().is_some_and(|block| block.0 != Block::Import) {
                     self.warn("blocks without an end", &tokens);
                 }
+                if self.blocks.last().is_some_and(|block| block.0 == Block::Object) {
+                    (self.object, self.inner_objects) = (None, 0);
+                }
                 self.restore();
             }
         }
@@ -146,11 +151,15 @@ impl<'a, 'b> Reader<'a, 'b> {
         match &word[..] {
             b"Shape" => self.shape(tokens)?,
             b"AttributeBegin" => self.begin(Block::Attribute, tokens)?,
-            b"AttributeEnd" => self.end(Block::Attribute, tokens),
+            b"AttributeEnd" => {
+                self.end(Block::Attribute, tokens);
+            }
             b"TransformBegin" => self.begin(Block::Transform, tokens)?,
-            b"TransformEnd" => self.end(Block::Transform, tokens),
+            b"TransformEnd" => {
+                self.end(Block::Transform, tokens);
+            }
             b"ObjectBegin" => self.begin_object(tokens)?,
-            b"ObjectEnd" => self.end(Block::Object, tokens),
+            b"ObjectEnd" => self.end_object(tokens),
             b"ObjectInstance" => self.instance(tokens)?,
             b"ReverseOrientation" => self.state.is_reversed = !self.state.is_reversed,
             b"WorldBegin" => {
@@ -190,6 +199,10 @@ impl<'a, 'b> Reader<'a, 'b> {
                     self.warn("colours of another space read as those of sRGB", tokens);
                 }
             }
+            b"Option" => {
+                tokens.text()?;
+                values(tokens)?;
+            }
             word if WITHOUT_EFFECT.contains(&word) => {
                 tokens.text()?;
                 Parameters::read(tokens)?;
@@ -212,9 +225,11 @@ impl<'a, 'b> Reader<'a, 'b> {
             b"Scale" => before * DMat4::from_scale(DVec3::from_array(tokens.numbers()?)),
             b"Rotate" => {
                 let [degrees, x, y, z] = tokens.numbers()?;
-                match DVec3::new(x, y, z).try_normalize() {
-                    Some(axis) => before * DMat4::from_axis_angle(axis, degrees.to_radians()),
-                    None => before,
+                if let Some(axis) = DVec3::new(x, y, z).try_normalize() {
+                    before * DMat4::from_axis_angle(axis, degrees.to_radians())
+                } else {
+                    self.warn("rotations without an axis left out", tokens);
+                    before
                 }
             }
             b"Transform" => DMat4::from_cols_array(&tokens.numbers()?),
@@ -325,6 +340,7 @@ impl<'a, 'b> Reader<'a, 'b> {
         self.begin(Block::Object, tokens)?;
         if self.object.is_some() {
             self.warn("objects within another read as a part of it", tokens);
+            self.inner_objects = self.inner_objects.saturating_add(1);
             return Ok(());
         }
         self.charge(BYTES_PER_ENTRY, tokens)?;
@@ -359,12 +375,27 @@ impl<'a, 'b> Reader<'a, 'b> {
         Ok(())
     }
 
-    /// Ends the last block, if it is of the kind that a statement ends.
-    fn end(&mut self, block: Block, tokens: &Tokens) {
-        if self.blocks.last().is_some_and(|last| last.0 == block) {
+    /// Ends the last block, if it is of the kind that a statement ends. Objects save and restore what attributes do, so that the ends of
+    /// both may be exchanged, as version 3 of the format allows.
+    fn end(&mut self, block: Block, tokens: &Tokens) -> bool {
+        let saves_all = |block: Block| matches!(block, Block::Attribute | Block::Object);
+        let ends = self.blocks.last().is_some_and(|last| last.0 == block || saves_all(last.0) && saves_all(block));
+        if ends {
             self.restore();
         } else {
             self.warn("ends of blocks that have not begun", tokens);
+        }
+        ends
+    }
+
+    fn end_object(&mut self, tokens: &Tokens) {
+        if self.object.is_none() {
+            self.warn("ends of blocks that have not begun", tokens);
+        } else if self.end(Block::Object, tokens) {
+            match self.inner_objects.checked_sub(1) {
+                Some(left) => self.inner_objects = left,
+                None => self.object = None,
+            }
         }
     }
 
@@ -374,9 +405,6 @@ impl<'a, 'b> Reader<'a, 'b> {
             self.state.transform = state.transform;
         } else {
             self.state = state;
-        }
-        if !self.blocks.iter().any(|(block, _)| *block == Block::Object) {
-            self.object = None;
         }
     }
 

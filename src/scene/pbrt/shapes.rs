@@ -10,7 +10,6 @@ use super::parameters::Parameters;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::scene::images::Images;
 use crate::scene::ply;
-use crate::scene::polygon::OVERLAP;
 use crate::text::quoted;
 
 /// Angle around the axis of a curved shape unless the file says otherwise, in degrees.
@@ -29,7 +28,7 @@ pub(super) fn read(
     let mesh = match class {
         "trianglemesh" => triangles(parameters, place, warnings),
         "loopsubdiv" => {
-            warnings.add("surfaces shown as the mesh that controls their subdivision", || place.clone());
+            warnings.add("surfaces shown as the mesh that controls the subdivision", || place.clone());
             let _ = parameters.get("levels");
             triangles(parameters, place, warnings)
         }
@@ -57,18 +56,20 @@ pub(super) fn read(
 }
 
 /// The points of a list of coordinates.
-fn points(parameters: &Parameters, name: &str) -> Option<Vec<DVec3>> {
-    let numbers = parameters.numbers(name)?.as_chunks::<3>().0;
+fn points(parameters: &Parameters, name: &str, place: &FileLocation, warnings: &mut Warnings) -> Option<Vec<DVec3>> {
+    let (numbers, rest) = parameters.numbers(name)?.as_chunks::<3>();
+    let what = format!("numbers of {} left over after the last point", quoted(name));
+    warnings.add_many(rest.len() as u64, &what, || place.clone());
     Some(numbers.iter().map(|&point| DVec3::from_array(point)).collect())
 }
 
 /// The vertices of a mesh: positions, and normals and texture coordinates where there are as many.
 fn vertices(parameters: &Parameters, place: &FileLocation, warnings: &mut Warnings) -> Option<Mesh> {
-    let Some(positions) = points(parameters, "P").filter(|positions| !positions.is_empty()) else {
+    let Some(positions) = points(parameters, "P", place, warnings).filter(|positions| !positions.is_empty()) else {
         warnings.add("meshes without positions (P) left out", || place.clone());
         return None;
     };
-    let normals = points(parameters, "N").unwrap_or_default();
+    let normals = points(parameters, "N", place, warnings).unwrap_or_default();
     let pairs = ["uv", "st"].into_iter().find_map(|name| parameters.numbers(name)).unwrap_or_default().as_chunks::<2>();
     let mut mesh = Mesh { positions, ..Mesh::default() };
     let count = mesh.positions.len();
@@ -172,9 +173,6 @@ fn ply_mesh(
             other => other,
         };
         warnings.add_many(warning.count, &warning.what, || first);
-    }
-    if contents.overlaps > 0 {
-        warnings.add_many(contents.overlaps, OVERLAP, || place.clone());
     }
     Ok(Some(Mesh {
         positions: contents.positions.iter().map(|point: &Vec3| point.as_dvec3()).collect(),

@@ -34,7 +34,8 @@ struct Picture {
 /// The materials and textures so far.
 pub(super) struct Surfaces<'a> {
     pub(super) images: Images<'a>,
-    textures: HashMap<String, Picture>,
+    /// `None` for textures that cannot be shown, which was counted: materials keep their own colour.
+    textures: HashMap<String, Option<Picture>>,
     /// Indices of named materials; `None` for one without a surface.
     named: HashMap<String, Option<u32>>,
     /// Indices of the materials of lamps, by those of their surfaces and the bits of what they emit.
@@ -75,11 +76,7 @@ impl<'a> Surfaces<'a> {
                 None
             }
         };
-        // Of one that cannot be shown, materials keep their own colour.
-        match picture {
-            Some(picture) => drop(self.textures.insert(name, picture)),
-            None => drop(self.textures.remove(&name)),
-        }
+        self.textures.insert(name, picture);
         if matches!(class, "imagemap" | "constant" | "scale") {
             parameters.count_unused("textures", &mut assembly.warnings);
         }
@@ -119,7 +116,12 @@ impl<'a> Surfaces<'a> {
     fn picture_of(&self, parameter: &Parameter, assembly: &mut Assembly) -> Option<Picture> {
         match &parameter.values {
             Values::Texts(texts) if parameter.kind == "texture" => {
-                self.textures.get(texts.first().map_or("", String::as_str)).copied()
+                let name = texts.first().map_or("", String::as_str);
+                self.textures.get(name).copied().unwrap_or_else(|| {
+                    let kind = ["uses of the texture ", " without a definition before them left out"];
+                    assembly.warnings.add_named(kind, name, || parameter.place().clone());
+                    None
+                })
             }
             _ => color(parameter, assembly).map(|factor| Picture { factor, texture: None }),
         }

@@ -2,7 +2,6 @@
 
 use glam::{DMat4, DVec3, Vec3};
 
-use super::mesh::is_mirrored;
 use super::parameters::Parameters;
 use crate::scene::assemble::Assembly;
 use crate::scene::error::{FileLocation, Warnings};
@@ -70,7 +69,13 @@ impl Film {
             warnings.add("cameras of other kinds shown in perspective", || place.clone());
         }
         let half = parameters.number("halffov").map(|half| half * 2.0);
-        let fov = half.or_else(|| parameters.number("fov")).unwrap_or(DEFAULT_FOV).to_radians();
+        let stated = half.or_else(|| parameters.number("fov"));
+        let known = stated.filter(|fov| *fov > 0.0 && *fov < 180.0);
+        if class != "orthographic" && stated.is_some() && known.is_none() {
+            let what = "cameras with a field of view that is not between 0 and 180 degrees shown with 90";
+            warnings.add(what, || place.clone());
+        }
+        let fov = known.unwrap_or(DEFAULT_FOV).to_radians();
         let window = match parameters.numbers("screenwindow") {
             Some(&[_, _, bottom, top]) => Some((top - bottom) * 0.5),
             _ => None,
@@ -89,9 +94,6 @@ impl Film {
         if !world_from_camera.is_finite() {
             assembly.warnings.add("cameras without a place left out", || place);
             return Vec3::Y;
-        }
-        if !is_mirrored(camera_from_world) {
-            assembly.warnings.add("pictures of left-handed coordinates mirrored", || place);
         }
         let eye = world_from_camera.transform_point3(DVec3::ZERO);
         let forward = world_from_camera.transform_vector3(DVec3::Z).normalize_or_zero();

@@ -113,6 +113,7 @@ impl Faces {
             Number::U8 => 255.0,
             Number::U16 => 65_535.0,
             Number::U32 => 4_294_967_295.0,
+            Number::U64 => u64::MAX as f64,
             _ => -1.0,
         };
         for k in 1..=length {
@@ -166,7 +167,7 @@ impl Faces {
         &mut self,
         positions: &[Vec3],
         token: &CancelToken,
-        mut warn_of_overlap: impl FnMut(u64),
+        mut warn: impl FnMut(&str, u64),
     ) -> Result<(), Cancelled> {
         let mut cutter = PolygonCutter::default();
         let (mut indices, mut points) = (Vec::new(), Vec::new());
@@ -185,8 +186,8 @@ impl Faces {
                 continue;
             }
             let cut = cutter.cut(&points, token)?;
-            if cut.overlap {
-                warn_of_overlap(polygon.place);
+            if let Some(flaw) = cut.flaw {
+                warn(flaw, polygon.place);
             }
             if let Some(ears) = cut.ears {
                 fan.fill([NONE; 3]);

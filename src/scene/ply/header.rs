@@ -130,6 +130,8 @@ fn number_type(name: &str) -> Option<Number> {
         "ushort" | "uint16" => Number::U16,
         "int" | "int32" => Number::I32,
         "uint" | "uint32" => Number::U32,
+        "int64" => Number::I64,
+        "uint64" => Number::U64,
         "float" | "float32" => Number::F32,
         "double" | "float64" => Number::F64,
         _ => return None,

@@ -16,9 +16,8 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::assemble::{Assembly, VertexLists, offset_corners};
 use super::error::{FileLocation, LoadError, Warnings};
-use super::polygon::OVERLAP;
 use crate::text::{counted, quoted};
-use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 use element::{Element, Encoding};
 use faces::Faces;
@@ -39,11 +38,21 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     assembly.point_count = vertices.positions.len() as u64;
     assembly.mesh_count = 1;
     assembly.warnings.append(warnings);
-    faces.cut_polygons(&vertices.positions, token, |place| {
-        let location = || if is_text { FileLocation::Line(place) } else { FileLocation::Byte(place) };
-        assembly.warnings.add(OVERLAP, location);
-    })?;
+    cut_polygons(&mut faces, &vertices, is_text, &mut assembly.warnings, token)?;
     add(path, &vertices, &faces, assembly, token)
+}
+
+/// Cuts the polygons among the triangles, and counts those that cannot be cut well.
+fn cut_polygons(
+    faces: &mut Faces,
+    vertices: &Vertices,
+    is_text: bool,
+    warnings: &mut Warnings,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    faces.cut_polygons(&vertices.positions, token, |flaw, place| {
+        warnings.add(flaw, || if is_text { FileLocation::Line(place) } else { FileLocation::Byte(place) });
+    })
 }
 
 /// The mesh of a file that another one names.
@@ -55,20 +64,17 @@ pub(super) struct PlyMesh {
     pub(super) uvs: Vec<Vec2>,
     /// Indices of positions.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Number of polygons whose triangles overlap.
-    pub(super) overlaps: u64,
     pub(super) warnings: Warnings,
 }
 
 /// Reads a mesh from memory, its positions in single precision.
 pub(super) fn read_mesh(path: &Path, bytes: &[u8], token: &CancelToken) -> Result<PlyMesh, LoadError> {
-    let Contents { vertices, mut faces, warnings, .. } = read(path, bytes, DVec3::ZERO, true, token)?;
-    let mut overlaps = 0_u64;
-    faces.cut_polygons(&vertices.positions, token, |_| overlaps = overlaps.saturating_add(1))?;
+    let Contents { vertices, mut faces, mut warnings, is_text, .. } = read(path, bytes, DVec3::ZERO, true, token)?;
+    cut_polygons(&mut faces, &vertices, is_text, &mut warnings, token)?;
     let count = vertices.positions.len();
     faces.corners.retain(|corners| corners.iter().all(|&corner| (corner as usize) < count));
     let Vertices { positions, lists: VertexLists { normals, uvs, .. }, .. } = vertices;
-    Ok(PlyMesh { positions, normals, uvs, triangles: faces.corners, overlaps, warnings })
+    Ok(PlyMesh { positions, normals, uvs, triangles: faces.corners, warnings })
 }
 
 /// Contents of a file.

@@ -86,19 +86,24 @@ impl<'a> Source<'a> {
         self.warnings.add_many(count, &what, || FileLocation::Line(element.line));
     }
 
-    /// Reads a number; integers up to 32 bits and floats convert to `f64` without loss.
+    /// Reads a number. Integers up to 32 bits and floats convert to `f64` without loss, larger ones are rounded.
     pub(super) fn number(&mut self, number: Number) -> Result<f64, LoadError> {
         if self.encoding == Encoding::Text {
             return self.text_number();
         }
         let big = self.encoding == Encoding::Big;
-        macro_rules! read {
+        macro_rules! bytes {
             ($type:ty) => {{
                 let part = self.rest().first_chunk::<{ size_of::<$type>() }>();
                 let Some(&part) = part else { return Err(self.fault("the file ends where a number is expected")) };
                 self.advance(part.len());
-                f64::from(if big { <$type>::from_be_bytes(part) } else { <$type>::from_le_bytes(part) })
+                if big { <$type>::from_be_bytes(part) } else { <$type>::from_le_bytes(part) }
             }};
+        }
+        macro_rules! read {
+            ($type:ty) => {
+                f64::from(bytes!($type))
+            };
         }
         Ok(match number {
             Number::I8 => read!(i8),
@@ -107,6 +112,8 @@ impl<'a> Source<'a> {
             Number::U16 => read!(u16),
             Number::I32 => read!(i32),
             Number::U32 => read!(u32),
+            Number::I64 => bytes!(i64) as f64,
+            Number::U64 => bytes!(u64) as f64,
             Number::F32 => read!(f32),
             Number::F64 => read!(f64),
         })

@@ -52,7 +52,7 @@ fn color_scale(number: Number) -> f64 {
     match number {
         Number::F32 | Number::F64 => 1.0,
         Number::U16 | Number::I16 => 1.0 / 65_535.0,
-        Number::U8 | Number::I8 | Number::U32 | Number::I32 => 1.0 / 255.0,
+        Number::U8 | Number::I8 | Number::U32 | Number::I32 | Number::U64 | Number::I64 => 1.0 / 255.0,
     }
 }
 

@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
-use super::read::{READ_PROGRESS, beginning, is_plain_text};
+use super::read::{READ_PROGRESS, TEXT_SAMPLE, beginning, is_control, is_plain_text};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
@@ -33,12 +33,40 @@ pub(super) fn binary_size(bytes: &[u8]) -> Option<u64> {
     declared_count(bytes)?.checked_mul(RECORD as u64)?.checked_add(HEADER as u64)
 }
 
-/// Whether the content is the text form. Headers of binary files may begin with "solid" too, but have control characters.
+/// Words of the text form that the numbers of a binary file hardly spell.
+const TEXT_WORDS: [&[u8]; 3] = [b"vertex", b"endfacet", b"endsolid"];
+/// Bytes of the beginning in which they are looked for.
+const SEARCHED: usize = 1 << 12;
+
+/// Whether a byte fills up text that programs write in blocks: zero, and the Ctrl-Z that ended text files once.
+fn is_padding(byte: u8) -> bool {
+    matches!(byte, 0 | 0x1A)
+}
+
+/// The beginning of a text without comments, which some programs write before it.
+fn after_comments(bytes: &[u8]) -> &[u8] {
+    let mut rest = beginning(bytes);
+    while rest.starts_with(b"#") {
+        let end = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
+        rest = rest[end..].trim_ascii_start();
+    }
+    rest
+}
+
+/// Whether the content is the text form, which zeros may fill up. Headers of binary files may begin with "solid" too, but have control
+/// characters, or zeros and none of its words.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
-    let start = beginning(bytes);
+    let start = after_comments(bytes);
     let begins = |word: &[u8]| start.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
-    let after = |word: &[u8]| start.get(word.len()).is_none_or(u8::is_ascii_whitespace);
-    (begins(b"solid") && after(b"solid") || begins(b"facet") && after(b"facet")) && is_plain_text(start)
+    let after = |word: &[u8]| start.get(word.len()).is_none_or(|&byte| byte.is_ascii_whitespace() || is_padding(byte));
+    if !(begins(b"solid") && after(b"solid") || begins(b"facet") && after(b"facet")) {
+        return false;
+    }
+    let sample = start.get(..TEXT_SAMPLE).unwrap_or(start);
+    let searched = start.get(..SEARCHED).unwrap_or(start);
+    let has_word =
+        || TEXT_WORDS.iter().any(|word| searched.windows(word.len()).any(|at| at.eq_ignore_ascii_case(word)));
+    is_plain_text(start) || sample.iter().all(|&byte| is_padding(byte) || !is_control(byte)) && has_word()
 }
 
 /// Loads an STL file from memory.

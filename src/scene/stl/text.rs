@@ -35,7 +35,7 @@ struct Words<'a> {
 impl<'a> Words<'a> {
     /// The next word, which is empty within long white space, and cut where it is too long; `None` at the end.
     fn next(&mut self) -> Option<&'a [u8]> {
-        let is_space = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0x0B;
+        let is_space = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0x0B || super::is_padding(*byte);
         let limit = self.rest.get(..MAX_WORD).unwrap_or(self.rest);
         let start = limit.iter().position(|byte| !is_space(byte)).unwrap_or(limit.len());
         for (at, &byte) in self.rest[..start].iter().enumerate() {

@@ -63,7 +63,8 @@ pub(crate) fn section(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     }
     let hot = response.hovered() || response.dragged();
     paint(ui, center, along.normalized(), if hot { Color32::WHITE } else { color });
-    let tip = format!("Section plane {plane}. Drag to move it, double click to keep the other half");
+    let place = plane.in_file(state.wanted.offset);
+    let tip = format!("Section plane {place}. Drag to move it, double click to keep the other half");
     response.on_hover_cursor(CursorIcon::Grab).tip(tip);
 }
 

@@ -2,6 +2,7 @@
 
 use bvhscope_engine::tree::ContainerKind;
 use egui::Ui;
+use glam::{DVec3, Vec3};
 
 use crate::app::commands::{Action, entries};
 use crate::app::state::{AppState, Presented, TreeSide};
@@ -181,7 +182,10 @@ fn place_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
     let Some(bounds) = table.bounds(node) else { return };
     let scene = &shown.accel.scene;
-    let corner = |corner: glam::Vec3| scene.in_file(corner).to_array().map(format::significant).join(", ");
+    // Far from the origin, three digits would say nothing.
+    let number =
+        |number: f64| if scene.offset == DVec3::ZERO { format::significant(number) } else { number.to_string() };
+    let corner = |corner: Vec3| scene.in_file(corner).to_array().map(number).join(", ");
     let box_of = match table.container_kind() {
         ContainerKind::Aabb => "the box",
         ContainerKind::Sphere => "the box around the sphere",

@@ -78,7 +78,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     statistic(ui, state, &Statistic::new("Size", size).tip("Sides of the box around everything, in the file's unit"));
     if scene.offset != glam::DVec3::ZERO {
         let offset = scene.offset.to_array().map(|number| number.to_string()).join(", ");
-        let tip = "Subtracted from the coordinates of the file, which single precision would round; cameras and rays are less by it";
+        let tip = "Subtracted from the coordinates of the file, which single precision would round";
         statistic(ui, state, &Statistic::new("Offset", offset).tip(tip));
     }
     if scene.mesh_count > 1 {

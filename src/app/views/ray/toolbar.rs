@@ -98,7 +98,8 @@ fn typed(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     }
     let tip = "Trace the ray from this origin in this direction (Enter)";
     if ui.button("Trace").tip(tip).clicked() || entered {
-        state.model.ray.take_typed(shown.frame.camera, state.layout.viewport_px);
+        let offset = shown.accel.scene.offset;
+        state.model.ray.take_typed(shown.frame.camera, state.layout.viewport_px, offset);
     }
 }
 
