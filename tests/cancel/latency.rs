@@ -264,7 +264,8 @@ fn list_of_nodes(scene: &Arc<Scene>) -> Arc<Accel> {
     let (triangles, mut around) = (&scene.triangles, Aabb::EMPTY);
     let last = triangles.len() as u32 - 1;
     let mut nodes = Vec::with_capacity(2 * triangles.len());
-    for (at, triangle) in (0..=last).zip(triangles).rev() {
+    for (at, triangle) in triangles.iter().enumerate().rev() {
+        let at = at as u32;
         let leaf = Node { container: triangle.bounds(), first: at, count: 1 };
         around = around.union(&leaf.container);
         // Backwards: the leaf of an interior node stands behind it.
