@@ -13,7 +13,7 @@ use bvhscope::catalog::numbers::rows::{MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
 use bvhscope::lab::at_rest::measure_at_rest;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::settings::Preset;
+use bvhscope_engine::settings::{Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 use egui_kittest::Harness;
@@ -125,6 +125,11 @@ fn numbers_are_marked_as_of_the_tree_before_while_a_rebuild_takes_long() {
     h.state_mut().activity.build = Some(job(2_000));
     h.run_steps(2);
     assert!(h.query_by_label_contains("Of the tree before").is_some());
+    // A model that has just been opened is shown before its tree is annealed.
+    let wanted = &mut h.state_mut().wanted.build;
+    wanted.optimize = wanted.optimize.with(Pass::Anneal);
+    h.run_steps(2);
+    assert!(h.query_by_label("AAC δ 6 ε 0.2, boxes, before it is annealed").is_some());
 }
 
 #[test]

@@ -78,7 +78,9 @@ fn tabs(ui: &mut Ui, state: &mut AppState, open: &Tab) {
                 ui.weak(format!("at {:.2} s", moment.seconds - start)).tip(tip);
             }
             // The views are of the first tree, whichever is edited.
-            let tip = "The views show tree A. A click exchanges the two trees, so that they show the other";
+            let name = state.model.in_views().map_or_else(String::new, |shown| format!(", {}", shown.name()));
+            let tip =
+                format!("The views show tree A{name}. A click exchanges the two trees, so that they show the other");
             if state.model.second.is_some() && ui.button("Tree A").tip(tip).clicked() {
                 Action::Compare(CompareStep::Swap).perform(state);
             }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
 
+use bvhscope_engine::settings::{BuildSettings, Pass};
 use bvhscope_engine::tree::statistics::INTERSECTION_COST;
 
 use crate::app::state::comparison::Comparison;
@@ -65,6 +66,7 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
     let text = match shown {
         None => "No tree yet".to_owned(),
         Some(_) if stale && jobs.load.is_some() => "Of the model before the one that loads".to_owned(),
+        Some(shown) if stale && is_before_annealing(state, shown) => format!("{}, before it is annealed", shown.name()),
         Some(_) if stale => "Of the tree before".to_owned(),
         Some(shown) => shown.name(),
     };
@@ -82,6 +84,13 @@ fn title(ui: &mut Ui, state: &AppState, shown: Option<&Presented>) -> bool {
         "The tree that picture and numbers are of"
     });
     stale
+}
+
+/// True if the wanted tree is the shown one after annealing: a new model is shown before that.
+fn is_before_annealing(state: &AppState, shown: &Presented) -> bool {
+    let wanted = &state.wanted.build;
+    let optimize = wanted.optimize.without(Pass::Anneal);
+    optimize != wanted.optimize && shown.accel.settings == BuildSettings { optimize, ..*wanted }
 }
 
 /// The time of a whole build, of which the number is the median, or of the only one; `None` where it is not known.
