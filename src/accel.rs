@@ -135,7 +135,7 @@ impl BuildSession {
     }
 }
 
-/// Whether `known` remembers `current`. A value that is gone is the same as none.
+/// Whether `known` is `current`. A dropped value equals none.
 pub fn is_same<T>(known: &Weak<T>, current: &Arc<T>) -> bool {
     std::ptr::eq(known.as_ptr(), Arc::as_ptr(current))
 }
@@ -233,7 +233,7 @@ impl Accel {
         }
     }
 
-    /// Whether the tree follows a model that moves, and was built at another moment.
+    /// Whether the tree follows a moving model and was built at another moment.
     pub fn is_followed(&self) -> bool {
         self.follow != Follow::default()
     }

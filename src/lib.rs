@@ -6,8 +6,8 @@
 //!
 //! # Map of the code
 //!
-//! Modules from the bottom up, in the order in which a newcomer should read them. Each may import the engine and what stands
-//! above it in this table, nothing below (`tests/source` checks that).
+//! Modules from the bottom up, in the order in which a newcomer should read them. Each may import the engine and the
+//! modules above it in this table, none below (`tests/source` checks that).
 //!
 //! | module | what it does | must not know | start reading at |
 //! | --- | --- | --- | --- |

@@ -30,7 +30,7 @@ pub fn pool(requested: usize) -> Result<ThreadPool, String> {
 }
 
 /// As [`pool`], of threads named after `name`, or of as many as the system grants, in the end of the calling thread alone. Also
-/// says why there are fewer. `None` where the calling thread cannot be alone, as it is in a pool already.
+/// gives the reason why there are fewer. `None` where the calling thread cannot be alone, as it is in a pool already.
 pub fn pool_of_granted(name: &'static str, requested: usize) -> (Option<ThreadPool>, Option<String>) {
     let (builder, threads, note) = granted(name, requested);
     (builder.spawn_handler(hand_over(threads)).build().ok(), note)

@@ -53,7 +53,7 @@ pub fn wide(triangles: &[obvhs::triangle::Triangle], parameters: BvhBuildParams)
     build_cwbvh_from_tris(triangles, parameters, &mut Duration::default())
 }
 
-/// Every build: the binary tree, and anew from the triangles the compressed 8-wide one with the triangles of its leaves.
+/// Every build: the binary tree, and again from the triangles the compressed 8-wide one with the triangles of its leaves.
 pub fn builders(triangles: &[obvhs::triangle::Triangle], threads: usize, slow: bool) -> Vec<Builder<'_>> {
     let builder = |(name, parameters): (&str, BvhBuildParams)| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");

@@ -13,7 +13,7 @@ use super::{Accel, peak_bytes_per_triangle};
 use crate::budget::Budget;
 use crate::scene::{Moment, Motion, Pose, Scene};
 
-/// Whether trees keep their nodes by this policy, so that only containers change, and no moment depends on those before.
+/// Policies under which trees keep their nodes: only containers change, and no moment depends on those before.
 const fn keeps_nodes(policy: Policy) -> bool {
     matches!(policy, Policy::Keep | Policy::Refit | Policy::WholeClip)
 }

@@ -126,7 +126,7 @@ impl Accel {
     }
 }
 
-/// Refuses a tree of the file at `path` with so many `primitives` that it does not fit into the memory budget.
+/// Refuses a tree of the file at `path` whose number of `primitives` does not fit into the memory budget.
 fn check_memory(path: &Path, primitives: usize, bytes_per_triangle: u64) -> Result<(), LoadError> {
     let needed = (primitives as u64).saturating_mul(bytes_per_triangle);
     Budget::of_process().check("the tree", needed).map_err(|error| LoadError::over_budget(path, &error))

@@ -191,7 +191,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
 }
 
-/// How the tree was built, or what its file says of that.
+/// How the tree was built, as far as its file records it.
 fn print_settings(tree: &TreeNumbers, reading: &TreeReading<'_>, out: &mut dyn std::io::Write) -> std::io::Result<()> {
     let build_ms = reading.build.map(|build| build.ms);
     if let Some(file) = &tree.file {
@@ -231,7 +231,7 @@ fn passes(names: &str, costs: &[(&str, f64)]) -> String {
     parts.join(", ")
 }
 
-/// A line of the text: a name and what stands for it.
+/// A line of the text: a name and its value.
 fn line(out: &mut dyn std::io::Write, name: &str, value: String) -> std::io::Result<()> {
     writeln!(out, "  {name:<12} {value}")
 }

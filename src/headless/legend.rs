@@ -143,7 +143,7 @@ pub(super) fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &
     height + added
 }
 
-/// Draws the keys below each other, by a unit of so many pixels, and all letters `lower` pixels lower than the backend puts them.
+/// Draws the keys below each other, by a unit in pixels, and all letters `lower` pixels lower than the backend puts them.
 pub(super) fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     keys: &[Key],

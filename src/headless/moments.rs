@@ -18,7 +18,7 @@ const ROUNDED: f32 = 0.0006;
 pub enum Times {
     /// A single one.
     At(f32),
-    /// From the first to the second, so many seconds apart; `None` for one of each frame.
+    /// First and last time and the step between, in seconds; `None` for one of each frame.
     Range([f32; 2], Option<f32>),
 }
 
@@ -68,7 +68,7 @@ impl Times {
         })
     }
 
-    /// The times, in order, of a model whose frames are so many seconds apart.
+    /// The times, in order, of a model with this time in seconds between frames.
     fn seconds(self, frame_seconds: f32) -> Vec<f32> {
         match self {
             Self::At(seconds) => vec![seconds],

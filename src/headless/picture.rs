@@ -127,7 +127,7 @@ impl Picture {
     }
 }
 
-/// The nodes that are drawn; tells the user if these are not all.
+/// The nodes that are drawn, with a note where these are not all.
 fn chosen(
     table: &NodeTable,
     settings: &OverlaySettings,

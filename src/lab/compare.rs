@@ -40,7 +40,7 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, slo
                 threads,
             }));
         }
-        // AAC's rows stand above, and without a tree there is nothing to compare.
+        // AAC's rows come first, and without a tree there is nothing to compare.
         let others = BuilderKind::ALL.into_iter().filter(|kind| !(kind.is_aac() || *kind == BuilderKind::None));
         for builder in others {
             let build = BuildSettings { builder, ..base };

@@ -25,7 +25,7 @@ pub struct Scaffold {
     pub cells: Vec<CurveCell>,
 }
 
-/// The scaffold of the tree's build at `level` of its recursion, 0 for the whole model. The inner `Err` says why this builder has
+/// The scaffold of the tree's build at `level` of its recursion, 0 for the whole model. The inner `Err` is the reason why this builder has
 /// none.
 pub fn scaffold(accel: &Accel, level: u32, token: &CancelToken) -> Result<Result<Scaffold, String>, Cancelled> {
     let limits = CellLimits { level, count: 2 * MAX_CELLS };

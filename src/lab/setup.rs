@@ -43,7 +43,7 @@ pub struct Setup {
     pub threads: usize,
 }
 
-/// A tree to measure: built anew for each repetition, or one that a file holds.
+/// A tree to measure: rebuilt for each repetition, or one that a file holds.
 #[derive(Debug, Clone)]
 pub struct Contender {
     /// How it is built; of a tree from a file only the threads count, which trace it.

@@ -16,7 +16,7 @@ const CHECK_EVERY: usize = 1 << 16;
 pub struct ClusterCut {
     /// The cut.
     pub cut: Cut,
-    /// For a cut at a step of a construction: the tree that its merges made, and when its clusters stand. `None` for a cut through
+    /// For a cut at a step of a construction: the tree that its merges made, and when its clusters are active. `None` for a cut through
     /// the traced tree.
     pub merges: Option<(Arc<Accel>, Arc<Timeline>)>,
 }

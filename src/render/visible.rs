@@ -1,4 +1,4 @@
-//! What rays of a picture see: the part that the section plane leaves, less the triangles that are hidden.
+//! The visible part of a scene: one side of the section plane, less the hidden triangles.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use crate::section::SectionPlane;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
 
-/// What rays see.
+/// The visible part of a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Visible<'a> {
     pub(super) section: Option<SectionPlane>,

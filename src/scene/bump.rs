@@ -1,4 +1,4 @@
-//! Bump maps: heights become normals when an image is decoded, so that shading knows normal maps only.
+//! Bump maps: heights become normals when an image is decoded, so that shading needs normal maps only.
 
 use glam::Vec3;
 

@@ -18,7 +18,7 @@ pub struct FileLight {
     pub color: Vec3,
     /// Unit direction in which it shines; that of the axis of a cone.
     pub direction: Vec3,
-    /// Where it stands; `None` for light from far away.
+    /// Its position; `None` for light from far away.
     pub position: Option<Vec3>,
     /// Cosines of the angles between the axis and where a cone begins to fade, and where it ends.
     pub cone: Option<[f32; 2]>,

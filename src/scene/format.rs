@@ -28,7 +28,7 @@ pub struct FormatInfo {
     pub names: &'static [&'static str],
     /// File name extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
-    /// MIME types, which the desktop entry names; none where no desktop knows one.
+    /// MIME types, listed in the desktop entry; none where desktops have none.
     pub mime_types: &'static [&'static str],
 }
 

@@ -128,7 +128,7 @@ mod tests {
             for value in [0, 1, 0x7f, 0xff] {
                 let mut changed = whole.clone();
                 changed[byte] = value;
-                // Whatever it says, its size is that of its header.
+                // Its size is that of its header in any case.
                 if let Ok((width, height, texels)) = decode(&changed, 64, 1 << 20) {
                     assert_eq!(texels.len() as u32, width * height, "{byte} {value}");
                 }

@@ -114,7 +114,7 @@ impl Scene {
         Arc::ptr_eq(self, other) || motions.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
     }
 
-    /// Whether both are one model at the same moment, so that their triangles are equal.
+    /// Whether both are one model at the same moment, with equal triangles.
     pub fn is_same_pose(self: &Arc<Self>, other: &Arc<Self>) -> bool {
         self.is_same_model(other) && self.moment == other.moment
     }

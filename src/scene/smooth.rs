@@ -54,7 +54,7 @@ impl CornerNormals {
             packed.resize_with(end, || AtomicU32::new(FLAT));
         }
         let grid = Grid::around(triangles, token)?;
-        // Corners with the cell of their position above their index, sorted: those at one point stand together, and those nearby in
+        // Corners with the cell of their position above their index, sorted: those at one point are adjacent, and those nearby in
         // space follow, most of which are nearby in memory.
         let sorted: Vec<Vec<u64>> = par_tasks(triangles.chunks(BATCH).enumerate(), token, |(chunk, triangles), _| {
             let points = triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
@@ -265,7 +265,7 @@ impl SmoothNormals {
         newest.filter(|(degrees, _)| *degrees == crease_degrees).map(|(_, normals)| normals)
     }
 
-    /// Refuses the normals of so many triangles where they do not fit into the memory budget now.
+    /// Refuses the normals of `triangles` where they do not fit into the memory budget now.
     pub(super) fn check(triangle_count: usize) -> Result<(), OverBudget> {
         Budget::of_process().check("the smooth normals", triangle_count as u64 * BYTES_PER_TRIANGLE)
     }

@@ -119,7 +119,7 @@ impl BuiltinScene {
         self.size.is_some_and(|(_, min, _, max)| (min..=max).contains(&size))
     }
 
-    /// The sizes that there are, as a message says it: "choose 1 to 200 segments along each patch edge".
+    /// The available sizes, as worded in messages: "choose 1 to 200 segments along each patch edge".
     pub fn sizes(&self) -> String {
         match self.size {
             Some((meaning, min, _, max)) => format!("choose {min} to {max} {meaning}"),

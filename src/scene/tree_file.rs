@@ -29,7 +29,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
 /// Bytes that hold the first two lines of any tree file.
 const HEAD: u64 = (1 << 20) + 64;
 
-/// Whether the file at `path` holds a tree and no triangles, so that it is no model.
+/// Whether the file at `path` holds a tree without triangles, which is no model.
 pub fn is_tree_alone(path: &Path) -> bool {
     let mut head = Vec::new();
     let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());

@@ -120,7 +120,7 @@ fn the_events_of_a_ray_through_four_triangles() {
     ];
     assert_eq!(events(&paper), expected);
     assert_eq!((paper["visited"].as_u64(), paper["wasted"].as_u64()), (Some(7), Some(1)));
-    // Beyond the first pair, past the triangles of the second: all is in vain.
+    // Beyond the first pair, past the triangles of the second: all is wasted.
     let past = json(&[&model[..], "--origin", "5,0.8,0.8", "--direction", "1,0,0", "--traversal", "paper"]);
     assert_eq!((past["hit"].is_null(), past["visited"].as_u64(), past["wasted"].as_u64()), (true, Some(4), Some(4)));
     assert_eq!(past["t_max"], Value::Null, "it never ends");

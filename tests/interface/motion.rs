@@ -192,7 +192,7 @@ fn slow_trees_drop_frames_and_never_fall_behind() {
         }
     }
     assert!(seen.len() > 2, "it plays: {seen:?}");
-    // What is shown was wanted in some frame, and in the same order: no older frame comes after a newer one.
+    // Each shown moment was wanted in some frame, and in the same order: no older frame comes after a newer one.
     let mut rest = wanted_at.iter();
     for moment in &seen {
         assert!(rest.any(|wanted| wanted == moment), "{moment} of {seen:?} in {wanted_at:?}");

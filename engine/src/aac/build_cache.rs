@@ -1,6 +1,6 @@
 //! Memory and order that a build leaves for the next one of the same triangles: while a slider is dragged, primitives are sorted once and
 //! the
-//! nodes of discarded trees are overwritten instead of allocated anew.
+//! nodes of discarded trees are overwritten instead of allocated again.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};

@@ -332,7 +332,7 @@ impl<S: Simd, C: ClusterContainer> Search<'_, S, C> {
         }
     }
 
-    /// Whether so many places are empty that the list should be compacted.
+    /// Whether enough places are empty to compact the list.
     #[inline(always)]
     fn is_sparse(&self) -> bool {
         self.items.len() - self.len >= (self.items.len() / COMPACTION_DIVISOR).max(WIDTH)

@@ -20,13 +20,13 @@ pub enum Cut {
     Clusters(u32),
     /// The largest nodes whose area is at most this fraction of the root's, and leaves that exceed it.
     Area(f32),
-    /// The largest nodes of at most so many primitives, and leaves that have more.
+    /// The largest nodes of at most this number of primitives, and leaves that have more.
     Primitives(u32),
     /// The active clusters at a step of an order.
     Step {
         /// The order of the merges.
         order: MergeOrder,
-        /// Number of merges that have been done; the root alone stands at the last.
+        /// Number of merges that have been done; only the root is active at the last.
         step: u32,
     },
 }
@@ -37,7 +37,7 @@ pub enum CutError {
     /// The computation was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The cut is at a step of an order that only a [`super::Construction`] knows, and its timeline was not given.
+    /// The cut is at a step of an order that only a [`super::Construction`] records, and its timeline was not given.
     #[error("a cut at a step needs the timeline of its order")]
     NeedsTimeline,
 }

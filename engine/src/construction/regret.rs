@@ -1,4 +1,4 @@
-//! Regret: how much cheaper each part of a tree would be if its triangles were built into a subtree anew.
+//! Regret: how much cheaper each part of a tree would be if its triangles were built into a new subtree.
 //!
 //! A subtree is rebuilt by binned splits and, where it is small, by exact clustering too; the cheaper counts. The *gain* of a node is
 //! the cost of its subtree minus that of the best one known, in which the children may be rebuilt one by one. The gain alone ranks badly:
@@ -243,7 +243,7 @@ impl Sums {
     }
 }
 
-/// Work of rebuilding so many triangles, in triangles that are split once.
+/// Work of rebuilding a number of triangles, in triangles that are split once.
 fn work_of(triangles: u32) -> u64 {
     let triangles = u64::from(triangles);
     let exact = if triangles as usize <= EXACT_TRIANGLES { triangles * triangles / 16 } else { 0 };

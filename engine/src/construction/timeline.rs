@@ -1,4 +1,4 @@
-//! The merges of a tree in an order, step by step: which clusters stand after each.
+//! The merges of a tree in an order, step by step: which clusters are active after each.
 
 use std::ops::Range;
 
@@ -51,14 +51,14 @@ impl MergeOrder {
     }
 }
 
-/// The merges of a tree in one order. At step k, after k merges, those nodes stand that have been made and are not yet merged:
+/// The merges of a tree in one order. At step k, after k merges, those nodes are active that have been made and are not yet merged:
 /// as many as there are leaves, less k. Takes some 32 bytes per node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     order: MergeOrder,
-    /// Step from which on each node stands; 0 for leaves.
+    /// Step from which on each node is active; 0 for leaves.
     births: Vec<u32>,
-    /// Step from which on each node no longer stands; `u32::MAX` for the root.
+    /// Step from which on each node is no longer active; `u32::MAX` for the root.
     deaths: Vec<u32>,
     /// The node that each step makes: step k makes that at k − 1.
     merged: Vec<u32>,
@@ -126,12 +126,12 @@ impl Timeline {
         &self.merged
     }
 
-    /// Steps at which `node` stands; the root's has no end.
+    /// Steps at which `node` is active; the root's has no end.
     pub fn lifetime(&self, node: u32) -> Range<u32> {
         self.births[node as usize]..self.deaths[node as usize]
     }
 
-    /// Whether `node` stands at `step`.
+    /// Whether `node` is active at `step`.
     pub fn stands(&self, node: u32, step: u32) -> bool {
         self.lifetime(node).contains(&step)
     }

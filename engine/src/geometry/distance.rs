@@ -71,7 +71,7 @@ impl OrientedBox {
                 let along = normal.dot(point);
                 let outside = (self.low[at] - along).max(along - self.high[at]) - ORIENTED_PAD * size;
                 let distance = outside / normal.length();
-                // A direction too short for its length to be a normal number says nothing.
+                // A direction too short for its length to be a normal number has no meaning.
                 farthest = farthest.max(if distance <= f32::MAX { distance } else { 0.0 });
             }
         }

@@ -1,6 +1,6 @@
 //! Tasks and lists that all threads of the calling thread's rayon pool work on, with cancellation checks.
 //!
-//! Rayon compiles its division of work anew for each closure that it is given, some 6 kB. Here it is given a closure behind a pointer,
+//! Rayon compiles its division of work again for each closure that it is given, some 6 kB. Here it is given a closure behind a pointer,
 //! which is called once for each task or for a block of items, and compiled once, or once for each type of item.
 
 use std::sync::{Mutex, PoisonError};

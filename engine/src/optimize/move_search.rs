@@ -1,5 +1,33 @@
 //! Search for the best new position of a subtree (Meister, Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
 //! Optimization*, 2018).
+//!
+//! The subtree `C` leaves its parent `P1`, which vanishes: its sibling `B1` takes the place of `P1`. Then `C` and a target `T`
+//! become the children of a new node `N`, which takes the place of `T`. The ancestors of `C` are the *pivots* `P1`, `P2`, …
+//!
+//! ```text
+//!               R                              R
+//!              / \                            / \
+//!            P3   B3        C to T          P3   B3
+//!           /  \            ─────▶         /  \
+//!         P2    A                        P2    A'
+//!        /  \  / \                      /  \  / \
+//!      P1   B2 T  D                    B1  B2 N  D
+//!     /  \                                   / \
+//!    C    B1                                T   C
+//! ```
+//!
+//! Areas change in three ways, which add up to the gain of a move (`+` shrinks the tree, `−` enlarges it), here below `P3`:
+//!
+//! ```text
+//! + area(P1)                        P1 vanishes
+//! + area(P2) − area(B1 ∪ B2)        each pivot below P3 no longer holds C
+//! − (area(A ∪ C) − area(A))         each node from below P3 down to T's parent grows around C
+//! − area(T ∪ C)                     N is new
+//! ```
+//!
+//! `P3` and all above it hold `C` before and after, and keep their areas. The search therefore climbs from pivot to pivot with the
+//! first two lines, and from each descends into the other child with the last two. It turns back where even a new node of the
+//! area of `C` alone, the smallest there can be, would cost more than the best move gains.
 
 use crate::optimize::simd_box::Bounds;
 

@@ -42,7 +42,7 @@ impl<'a> HitList<'a> {
         }
     }
 
-    /// Sorts the hits, and keeps one more than are wanted, which tells that there are more.
+    /// Sorts the hits, and keeps one more than are wanted, as a sign that there are more.
     #[cold]
     fn shrink(&mut self) {
         self.hits.sort_unstable_by(by_distance);

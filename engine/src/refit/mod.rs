@@ -2,7 +2,7 @@
 //! become poor.
 //!
 //! The list of triangles keeps its length and order. Each way gives a valid tree over the moved triangles, so rays hit the very same
-//! as in a tree that is built anew; what differs is the number of tests and the time that it takes:
+//! as in a rebuilt tree; only the number of tests and the time differ:
 //!
 //! | function | what it does | time |
 //! |---|---|---|
@@ -13,7 +13,7 @@
 //! | [`partial_rebuild`] | and builds those subtrees again whose cost has grown | by their size |
 //! | [`build_for_poses`] | makes one tree for a whole clip, which is then fitted (Bittner, Meister, *T-SAH: Animation Optimized Bounding Volume Hierarchies*, 2015) | seconds, once |
 //!
-//! Oriented boxes are chosen anew, around triangles that have moved, by all ways but [`grow`], which leaves plain ones.
+//! Oriented boxes are chosen again, around triangles that have moved, by all ways but [`grow`], which leaves plain ones.
 //!
 //! [`WideRefit`] does the same as [`refit()`] for the wide tree. The other ways change the tree, so that the wide one is made again.
 //!

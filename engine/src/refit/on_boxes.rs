@@ -5,7 +5,7 @@ use crate::geometry::{OrientedBox, Triangle};
 use crate::optimize::orient;
 use crate::tree::{AnyTree, Tree};
 
-/// Does `work` with the plain boxes of `tree`, then chooses oriented ones anew.
+/// Does `work` with the plain boxes of `tree`, then chooses oriented ones again.
 pub(super) fn on_boxes<R, E: From<Cancelled>>(
     tree: &mut Tree<OrientedBox>,
     triangles: &[Triangle],

@@ -76,7 +76,7 @@ impl<C> Node<C> {
 /// no nodes.
 ///
 /// All builders of this crate make binary trees: each interior node has two children. A tree from elsewhere may have 1 to 32
-/// children for each, and everything in [`tree`](crate::tree) takes it as it is; what needs a binary one says so, and
+/// children for each, and everything in [`tree`](crate::tree) takes it as it is; functions that need a binary one document it, and
 /// [`binarize`](super::binarize::binarize) makes it.
 ///
 /// Where the root is a leaf there is no container to test: a traversal tests its primitives directly.

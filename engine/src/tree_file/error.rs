@@ -22,7 +22,7 @@ pub enum TreeFileError {
     /// The first line is another.
     #[error("does not begin with the line 'bvhscope tree {VERSION}'")]
     NotATreeFile,
-    /// The first line names another version; holds what it says.
+    /// The first line has another version, held here.
     #[error("is a tree file of version '{0}', not {VERSION}")]
     Version(String),
     /// The second line has no end.

@@ -38,7 +38,7 @@ impl TriangleBlock<'_> {
         self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & !(INDEX_MARK | NEEDLE_MARK)
     }
 
-    /// Whether a lane's triangle is so long and thin that distances of hits are taken from its plane.
+    /// Whether a lane's triangle is a needle: long and thin, with distances of hits taken from its plane.
     #[inline(always)]
     pub(crate) fn is_needle(&self, lane: usize) -> bool {
         self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & NEEDLE_MARK != 0
@@ -193,7 +193,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         plane_hits.uncertain
     }
 
-    /// Whether the ray hits any triangle of `block` up to `t_max`. `ray` is the ray that `self` was prepared from.
+    /// Whether the ray hits any triangle of `block` up to `t_max`; `self` was prepared from `ray`.
     #[inline(always)]
     pub(crate) fn any_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
         let (is_hit, uncertain) = self.any_certain_hit(simd, block, ray, t_max);
@@ -245,7 +245,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         }
         // The edges of a candidate have the same sign, so that the smallest and the largest are also those by absolute value.
         let (smallest, largest) = (min_edge.abs().min(max_edge.abs()), min_edge.abs().max(max_edge.abs()));
-        // Needles are told from all others by the same comparison.
+        // The same comparison separates needles from all others.
         let plain = smallest.min(block.marks(simd)).simd_gt(splat(EDGE_MIN)) & largest.simd_lt(splat(EDGE_MAX));
         let scale = splat(1.0) / (edges[0] + edges[1] + edges[2]);
         let barycentrics = each!(corner => edges[corner] * scale);

@@ -58,7 +58,7 @@ impl Child {
         (count != Self::LONG).then(|| LeafRange { first: self.index() as u32, count: count + 1 })
     }
 
-    /// The reference as one number, by which a [`Probe`](crate::tree::traverse::Probe) is told of nodes and leaves.
+    /// The reference as one number, passed to a [`Probe`](crate::tree::traverse::Probe) for nodes and leaves.
     #[inline(always)]
     pub fn bits(self) -> u32 {
         self.0

@@ -72,7 +72,7 @@ fn candidate(triangle: &Triangle, ray: &Ray) -> Option<Candidate> {
     Some(Candidate { near, far, is_sure, weights })
 }
 
-/// Whether the engine documents that such a ray misses everything. A `t_min` that is NaN counts as 0.
+/// Rays that miss everything, as the engine documents. A `t_min` that is NaN counts as 0.
 fn is_broken(ray: &Ray) -> bool {
     let Vec3 { x, y, z } = ray.direction;
     !(x * x + y * y + z * z).is_normal() || !ray.origin.is_finite() || ray.t_max.is_nan()

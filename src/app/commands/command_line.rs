@@ -182,7 +182,7 @@ fn picture_flags(render: &RenderSettings, offset: DVec3, line: &mut Line) {
     line.flag("--crease", (crease != RenderSettings::default().crease_degrees).then(|| crease.to_string()));
 }
 
-/// Whether the overlay draws anything or hides the picture, so that its flags are needed.
+/// Whether the overlay draws anything or hides the picture, and its flags are needed.
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
     let any_drawn = !overlay.kinds(state.container_kind()).is_empty() || state.selection.nodes.selected.is_some();

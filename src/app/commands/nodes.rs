@@ -58,7 +58,7 @@ pub(super) fn sibling(state: &AppState, step: i32) -> Option<u32> {
     shown.table.sibling(node, step)
 }
 
-/// Selects and frames the node or triangle that `text` names by its number: "12", "node 12", "triangle 7", "t7". An error says why there
+/// Selects and frames the node or triangle that `text` names by its number: "12", "node 12", "triangle 7", "t7". The error is the reason why there
 /// is none.
 pub fn go_to(state: &mut AppState, text: &str) -> Result<(), String> {
     let in_second = state.selection.side == TreeSide::B || state.shown_view() == CompareView::B;

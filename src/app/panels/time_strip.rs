@@ -135,7 +135,7 @@ fn policy(ui: &mut Ui, state: &mut AppState) {
     }
     let policy = state.wanted.policy_mut(side);
     let response = DropDown::new("Policy", &choices).exact_width(width).refusing(&refusal).show(ui, policy);
-    response.tip("What becomes of the tree while the model moves; the view Motion (T) compares the policies");
+    response.tip("How the tree follows while the model moves; the view Motion (T) compares the policies");
 }
 
 /// The name of a clip in lists.

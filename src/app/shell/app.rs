@@ -276,7 +276,7 @@ impl App {
         }
     }
 
-    /// Reads a tree again whose file was written anew; when it was removed, the tree stays.
+    /// Reads a tree again whose file has changed; when it was removed, the tree stays.
     fn follow_tree_files(&mut self) {
         let files = TreeSide::ALL.map(|side| {
             let wanted = self.state.wanted.tree_file(side);

@@ -43,7 +43,7 @@ pub(crate) struct BuildKey {
     pub settings: BuildSettings,
     /// The file that holds the tree.
     pub file: Option<PathBuf>,
-    /// How many times the file was seen to be written anew.
+    /// Number of times that the file was seen to change.
     pub revision: u32,
     /// Number of threads; 0 for all.
     pub threads: usize,

@@ -17,7 +17,7 @@ pub(crate) struct BuildRail {
     pending: Option<BuiltTree>,
     /// The file of the newest tree, as it was before it was read.
     file: Option<WatchedFile>,
-    /// How many times the file was seen to be written anew.
+    /// Number of times that the file was seen to change.
     revision: u32,
     /// The revision that the newest tree was read from, or whose reading was given up.
     read_revision: u32,
@@ -111,7 +111,7 @@ impl BuildRail {
         self.file.as_ref()
     }
 
-    /// How many times the file was seen to be written anew.
+    /// Number of times that the file was seen to change.
     pub(crate) const fn revision(&self) -> u32 {
         self.revision
     }

@@ -36,7 +36,7 @@ pub(super) fn read_text(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// Whether there is something that is no regular file.
+/// Whether `path` exists and is no regular file.
 pub(super) fn is_irregular(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|metadata| !metadata.is_file())
 }

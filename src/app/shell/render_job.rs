@@ -99,7 +99,7 @@ pub(crate) struct RenderJob {
     pub count_tests: bool,
     /// The pictures of this view so far, through the tree and through the second one.
     pub known: [Option<Arc<Frame>>; 2],
-    /// Whether that picture is complete, so that it is not traced again.
+    /// Whether its picture is complete and is not traced again, for each.
     pub keep: [bool; 2],
 }
 

@@ -203,7 +203,7 @@ impl RenderRail {
         self.latest.stop();
     }
 
-    /// Lets go of the second tree and its picture.
+    /// Drops the second tree and its picture.
     pub(crate) fn forget_second(&mut self) {
         self.allow_retry();
         if let Some(shown) = &mut self.shown {

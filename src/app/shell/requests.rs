@@ -236,7 +236,7 @@ fn perform_actions(state: &mut AppState) {
     }
 }
 
-/// Opens the start page at its path field, which says that there is no file dialog.
+/// Opens the start page at its path field, with the note that there is no file dialog.
 fn ask_for_path(of: Chosen, state: &mut AppState) {
     let field = &mut state.layout.path_field;
     field.asked_for = Some(match of {

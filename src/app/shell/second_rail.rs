@@ -45,7 +45,7 @@ impl SecondRail {
         }
     }
 
-    /// Requests the wanted second tree of the scene of the newest first tree: `pending`, or else the presented one. Lets go of one that
+    /// Requests the wanted second tree of the scene of the newest first tree: `pending`, or else the presented one. Drops one that
     /// is no longer wanted; returns whether it did.
     pub(crate) fn request(
         &mut self,
@@ -104,7 +104,7 @@ impl SecondRail {
         newest.scene.is_same_pose(&first.scene).then(|| Arc::clone(newest))
     }
 
-    /// Whether the first tree `pending` waits for a second one, so that both show a new moment of the model together.
+    /// Whether the first tree `pending` waits for a second one, to show a new moment of the model together.
     pub(crate) fn is_awaited(&self, pending: &Arc<Accel>, state: &AppState) -> bool {
         let is_moved = state.model.presented.as_ref().is_some_and(|shown| {
             let scene = &shown.accel.scene;

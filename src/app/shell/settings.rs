@@ -126,7 +126,7 @@ struct StartupMarker {
 }
 
 impl StartupMarker {
-    /// Whether a process that no longer runs has left its marker behind.
+    /// Whether an ended process has left its marker behind.
     fn is_left_over(&self) -> bool {
         let Ok(text) = read_text(&self.file) else { return false };
         match text.trim().parse::<u32>() {

@@ -72,7 +72,7 @@ impl Device {
         Some(text)
     }
 
-    /// Whether the device is lost, so that nothing can be drawn. The answer is remembered for [`was_lost`].
+    /// Whether the device is lost and nothing can be drawn. The answer is remembered for [`was_lost`].
     pub(crate) fn is_lost(&self) -> bool {
         let lost = self.lost.load(Ordering::Relaxed);
         if lost {

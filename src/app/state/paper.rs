@@ -244,7 +244,7 @@ impl PaperPlan {
         }
     }
 
-    /// Whether the trees are many and so different that predictions of what rays cost can be judged by them.
+    /// Whether the trees are many and different enough to judge predictions of costs by them.
     const fn measures_rays(&self) -> bool {
         matches!(self.experiment, Experiment::Builders | Experiment::Thresholds)
     }

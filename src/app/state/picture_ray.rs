@@ -154,7 +154,7 @@ impl PictureRay {
         self.take(RaySource { start: RayStart::Pixel(pixel), camera, size_px });
     }
 
-    /// Takes the typed ray, or says why it cannot be taken and keeps the one before.
+    /// Takes the typed ray; keeps the one before and sets the reason where it is no ray.
     /// Its origin is in the coordinates of the file, of which those of the scene are less by `offset`.
     pub fn take_typed(&mut self, camera: Camera, size_px: [u32; 2], offset: DVec3) {
         let [origin, direction] = &self.typed;

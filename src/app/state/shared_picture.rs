@@ -1,4 +1,4 @@
-//! What is drawn over the picture and how visits are measured, as part of the state that is copied as one line.
+//! Drawing over the picture and the rays that measure visits, as part of the state that is copied as one line.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use crate::render::{RayKind, RayStart};
 use bvhscope_engine::construction::{Cut, MergeOrder};
 use bvhscope_engine::geometry::{Aabb, Ray};
 
-/// What is drawn over the picture, and how visits are measured.
+/// Drawing over the picture, and the rays that measure visits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedPicture {
     /// The kind of rays that visits are measured by.

@@ -36,9 +36,9 @@ pub struct SharedState {
     pub dock: Option<String>,
     /// Selected and hidden nodes.
     pub nodes: SharedNodes,
-    /// What is drawn over the picture, and how visits are measured.
+    /// Drawing over the picture, and the rays that measure visits.
     pub picture: SharedPicture,
-    /// What each view of the dock adds.
+    /// The part of each view of the dock.
     pub views: SharedViews,
     /// Measurements of the view "Paper" and how it shows them.
     pub paper: PaperPlan,
@@ -75,7 +75,7 @@ impl Default for SharedState {
 }
 
 impl SharedState {
-    /// Whether the line leaves the camera out, so that the model is seen in its default view.
+    /// Whether the line leaves the camera out, which then is the model's default view.
     pub fn has_own_view(&self) -> bool {
         self.wanted.camera == Self::default().wanted.camera
     }
@@ -89,7 +89,7 @@ impl SharedState {
         format!("{COMMAND}{}", quote(&format!("{VERSION} {difference}")))
     }
 
-    /// The state of a line, or of what stands after `--state` in it; `Err` says why it cannot be used. Numbers beyond their
+    /// The state of a line, or of the argument of `--state` in it; `Err` is the reason why it cannot be used. Numbers beyond their
     /// limits are clamped.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();

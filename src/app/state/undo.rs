@@ -190,7 +190,7 @@ impl Snapshot {
         }
     }
 
-    /// Whether all that undo restores is equal.
+    /// Equality of everything that undo restores.
     fn is_same(&self, wanted: &Wanted, hidden: &HiddenNodes) -> bool {
         self.hidden == *hidden && self.over(wanted) == *wanted
     }

@@ -1,4 +1,4 @@
-//! The state of each view of the dock, of a type that the view alone knows, and its part of a shared state.
+//! The state of each view of the dock, of a type that is private to the view, and its part of a shared state.
 
 use std::any::Any;
 use std::collections::BTreeMap;

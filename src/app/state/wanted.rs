@@ -144,7 +144,7 @@ impl Wanted {
         }
     }
 
-    /// Shows the model in the pose of its file, and builds trees anew at each moment that is chosen later.
+    /// Shows the model in the pose of its file, and rebuilds trees at each moment that is chosen later.
     pub fn stand_still(&mut self) {
         self.moment = None;
         for side in TreeSide::ALL {

@@ -31,7 +31,7 @@ pub(crate) struct Lettering<'a> {
     pub(crate) across: &'a str,
     /// Names of the rows from below instead of values of the upward axis.
     pub(crate) rows: &'a [String],
-    /// Width of the names of the rows in points; 0 where they stand beside another pair of axes.
+    /// Width of the names of the rows in points; 0 where they are beside another pair of axes.
     pub(crate) rows_width: f32,
 }
 

@@ -39,7 +39,7 @@ pub(crate) trait View: ViewState {
     /// Shows it. Meanwhile the state has a view of this type that is as at the start.
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState);
 
-    /// What it shows that is derived for several views.
+    /// The shared derived data that it shows now.
     fn needs(&self) -> Needs {
         Needs::default()
     }
@@ -53,7 +53,7 @@ pub(crate) trait View: ViewState {
     }
 }
 
-/// What a view shows now that is derived for several views.
+/// Shared derived data that a view shows now.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Needs {
     /// Measured visits of each node.
@@ -117,7 +117,7 @@ pub(crate) fn open_view(state: &AppState) -> Option<&'static Tab> {
     VIEWS.iter().find(|view| state.preferences.dock.shows(view.name))
 }
 
-/// What the open view shows that is derived for several views.
+/// The shared derived data that the open view shows.
 pub(crate) fn needs(state: &AppState) -> Needs {
     open_view(state).map_or_else(Needs::default, |view| (view.needs)(state))
 }

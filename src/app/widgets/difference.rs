@@ -1,4 +1,4 @@
-//! The difference between a number of the presented tree and that of the tree before, told by sign, word and colour.
+//! The difference between a number of the presented tree and that of the tree before, shown by sign, word and colour.
 
 use egui::{Color32, Painter, Pos2, Shape, Stroke, vec2};
 

@@ -135,7 +135,7 @@ pub(crate) fn restore_sections(ctx: &Context, open: &BTreeMap<String, bool>) {
     }
 }
 
-/// Whether each section that was shown so far is expanded, by name.
+/// The sections shown so far by name, and whether each is expanded.
 pub(crate) fn sections(ctx: &Context) -> BTreeMap<String, bool> {
     ctx.data(|data| data.get_temp(known_id())).unwrap_or_default()
 }

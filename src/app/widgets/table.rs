@@ -20,7 +20,7 @@ const MARK: f32 = 12.0;
 
 /// A table.
 pub(crate) struct Table<'a> {
-    /// Its title, which also tells it from other tables.
+    /// Its title, which also identifies it among tables.
     pub(crate) title: &'a str,
     /// The columns; the texts of the first are at the left.
     pub(crate) columns: Vec<Column<'a>>,

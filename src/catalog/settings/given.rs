@@ -31,7 +31,7 @@ impl Given {
         self.values.iter().find(|(key, _)| *key == setting.key).map(|(_, text)| text.as_str())
     }
 
-    /// Changes the given settings of `build`. A preset comes first, wherever it stands. Where a given setting is of AAC only and
+    /// Changes the given settings of `build`. A preset comes first, wherever it is on the command line. Where a given setting is of AAC only and
     /// no builder is given, AAC is taken; where builder and container exclude each other, the one that is not given is replaced.
     pub fn apply(&self, build: &mut BuildSettings) {
         let rest = SETTINGS.into_iter().filter(|row| row.key != PRESET.key);

@@ -184,7 +184,7 @@ Policies:
 #[command(after_help = policies())]
 pub struct AnimateArgs {
     #[arg(long, value_name = "LIST", value_parser = named::policies, default_value = "all",
-          help = help::<Policy>("What becomes of the tree in each frame: a list, separated by commas, of ", ", or all that apply"))]
+          help = help::<Policy>("How the tree follows from frame to frame: a list, separated by commas, of ", ", or all that apply"))]
     pub policy: Policies,
     /// The clip, by its name or its number from 0 [default: the first]
     #[arg(long, value_name = "NAME")]

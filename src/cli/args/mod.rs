@@ -160,7 +160,7 @@ pub struct MotionArgs {
 #[command(next_help_heading = "Motion")]
 pub struct FollowArgs {
     #[arg(long, value_name = "NAME", value_parser = named::<Policy>, conflicts_with = "tree",
-          help = help::<Policy>("What becomes of the first frame's tree until this moment: ", " [default: rebuild]"))]
+          help = help::<Policy>("How the first frame's tree follows until this moment: ", " [default: rebuild]"))]
     pub policy: Option<Policy>,
     /// Frames of the whole clip, 1 to 10000, by which the tree gets to this moment [default: 25]
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, MAX_FRAMES as u32),

@@ -13,7 +13,7 @@ use crate::cli::values;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Tree")]
 pub struct TreeFileArgs {
-    /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md says how it is written. Of the
+    /// Take the tree that this file holds, of any builder, instead of building one; docs/tree-file.md describes the format. Of the
     /// passes only orient runs over it
     #[arg(long, value_name = "FILE.bvh",
           conflicts_with_all = SETTINGS.map(|row| row.key).into_iter().filter(|key| *key != OPTIMIZE.key))]

@@ -16,7 +16,7 @@ pub struct FrameCost {
 }
 
 impl FrameCost {
-    /// Time in milliseconds of the update and so many rays.
+    /// Time in milliseconds of the update and of `rays` rays.
     pub fn time_ms(&self, rays: f64) -> f64 {
         self.ready_ms + rays * self.ray_ns * 1e-6
     }
@@ -79,7 +79,7 @@ pub fn cheapest(policies: &[Vec<FrameCost>], rays: f64) -> Vec<usize> {
     (0..frames).map(of_frame).collect()
 }
 
-/// The first frame in which `rebuilt`, with its update, takes less time than `followed` for so many rays: from there on rebuilding would
+/// The first frame in which `rebuilt`, with its update, takes less time than `followed` for `rays` rays: from there on rebuilding would
 /// have paid. `None` where it never does.
 pub fn pays_from(followed: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> Option<usize> {
     let frames = followed.len().min(rebuilt.len());

@@ -23,7 +23,7 @@ pub enum Look {
 pub struct Curve {
     /// Name in the legend.
     pub name: String,
-    /// Index of its colour in [`COLORS`](super::COLORS), beyond which it begins anew.
+    /// Index of its colour in [`COLORS`](super::COLORS), which repeats beyond its end.
     pub color: usize,
     /// How it is drawn.
     pub look: Look,

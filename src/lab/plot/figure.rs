@@ -195,7 +195,7 @@ fn draw_on<B: DrawingBackend>(
         for &(place, curve) in &band.legend {
             draw::legend_entry(&legend, place, curve, band.charts[0].is_joined()).map_err(failed)?;
         }
-        // Names of rows stand at the left of a band only.
+        // Names of rows are at the left of a band only.
         let names = if band.has_rows() { draw::names_width(&band.charts[0]) } else { 0 };
         let (left, charts) = part.split_horizontally(names);
         let columns = if band.has_rows() { band.charts.len() } else { 2 };

@@ -53,7 +53,7 @@ fn notes(record: &RayRecord) -> Vec<String> {
         found,
         format!("{}, {}.", counted(containers, "container test"), counted(primitives, "triangle test")),
         format!(
-            "Of the containers entered {visited} were visited, {wasted} of these in vain (nothing nearer was found in them), \
+            "Of the containers entered {visited} were visited, {wasted} of these wasted (nothing nearer was found in them), \
              and {skipped} skipped."
         ),
     ];

@@ -32,7 +32,7 @@ const NOTHING_NAMED: &str = "something named that does not exist";
 pub(super) struct Animations {
     pub(super) curves: Vec<Curve>,
     pub(super) clips: Vec<Clip>,
-    /// The tracks of each clip; those of a node stand together.
+    /// The tracks of each clip; those of a node are adjacent.
     pub(super) tracks: Vec<Vec<Track>>,
 }
 
@@ -76,7 +76,7 @@ struct Reader<'a, 'b> {
     token: &'b CancelToken,
 }
 
-/// Reads the clips of a document, whose nodes stand in `order`.
+/// Reads the clips of a document, whose nodes are in `order`.
 pub(super) fn read<'a>(
     document: &'a Document<'a>,
     accessors: &Accessors<'a>,

@@ -1,4 +1,4 @@
-//! Skins: a vertex stands where the joints that hold it are, and not where the node of its mesh is.
+//! Skins: a vertex is where the joints that hold it are, and not where the node of its mesh is.
 
 use std::collections::HashMap;
 use std::rc::Rc;

@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Every direction meets exactly the wall that stands there, at its distance.
+    /// Every direction meets exactly the wall there, at its distance.
     #[test]
     fn distances_are_those_of_the_walls() {
         let bounds = Aabb { min: Vec3::new(-2.0, -1.0, -3.0), max: Vec3::new(2.0, 1.0, 3.0) };

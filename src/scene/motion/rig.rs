@@ -148,7 +148,7 @@ impl Rig {
         let mut is_visible: Vec<bool> = self.nodes.iter().map(|node| node.is_visible).collect();
         let mut weights: Vec<_> = self.nodes.iter().map(|node| node.weights[..].into()).collect();
         let time = moment.seconds;
-        // The tracks of a node stand together, so that its transform is taken apart once.
+        // The tracks of a node are adjacent, so that its transform is taken apart once.
         for tracks in self.clips[moment.clip].chunk_by(|a, b| a.target.node() == b.target.node()) {
             let node = tracks[0].target.node();
             let (mut local, mut moves) = (self.nodes[node].local.apart(), false);

@@ -154,7 +154,7 @@ impl Definition<'_, '_> {
         }
     }
 
-    /// Whether a name is that of a file that may be read.
+    /// Whether a file of this name may be read.
     fn exists(&self, name: &[u8]) -> bool {
         self.images.resolve(&String::from_utf8_lossy(name)).is_ok()
     }

@@ -47,7 +47,7 @@ pub(super) struct Face {
 }
 
 impl Face {
-    /// Reads the corners of a face and which of them have texture coordinates and normals; `Err` says why it is skipped. There are
+    /// Reads the corners of a face and which of them have texture coordinates and normals; `Err` is the reason to skip it. There are
     /// `counts` positions, texture coordinates and normals so far; those positions in `unusable`, in order, are no numbers.
     pub(super) fn read(
         &mut self,

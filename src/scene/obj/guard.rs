@@ -69,7 +69,7 @@ pub(super) fn read(
     token.check()?;
     match (stopped, parsed) {
         (Err(Stop::Colors), _) => Ok(None),
-        // tobj stands before the line at which the guard stopped.
+        // tobj has read up to the line at which the guard stopped.
         (_, Err(error)) => Err(match first_fault(text, token)? {
             Some((line, fault)) => in_line(line, fault),
             None => LoadError::of_file(path, format!("cannot be read: {error}"), "export the model again"),

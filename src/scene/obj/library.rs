@@ -1,7 +1,7 @@
 //! Material libraries (MTL): colours, highlights, textures, bump maps and cut-outs. Never fails; problems become warnings.
 //! Statements about refraction, reflection maps and clear coats are ignored silently.
 //!
-//! The crate tobj reads the materials. It ends at the first number that is none, loses lines and knows keywords in one spelling
+//! The crate tobj reads the materials. It ends at the first number that is none, loses lines and accepts keywords in one spelling
 //! only, so that each statement is checked and written in its spelling before; it keeps those it does not know as text.
 
 use std::collections::HashMap;

@@ -24,7 +24,7 @@ pub(super) struct Statement<'a> {
     pub(super) line: u64,
     /// Byte offset of `rest` in the line; `None` where lines were joined.
     start: Option<usize>,
-    /// The line is the statement and nothing else: no comment follows, no byte order mark stands before it.
+    /// The line is the statement and nothing else: no comment follows, no byte order mark precedes it.
     pub(super) is_plain: bool,
 }
 

@@ -26,7 +26,7 @@ pub(super) enum Item {
     },
 }
 
-/// Everything that stands in the scene, in the order of the file.
+/// All objects of the scene, in the order of the file.
 #[derive(Default)]
 pub(super) struct Placed {
     pub(super) items: Vec<Item>,

@@ -41,7 +41,7 @@ impl<'a> Tokens<'a> {
         self.at as f32 / self.bytes.len().max(1) as f32
     }
 
-    /// Where the token last read stands.
+    /// Position of the token last read.
     pub(super) fn place(&self) -> FileLocation {
         match &self.name {
             Some(name) => FileLocation::LineIn(name.clone(), self.line),
@@ -90,7 +90,7 @@ impl<'a> Tokens<'a> {
         Ok(is_there)
     }
 
-    /// The next word, which ends at white space, a bracket, a quote or a comment; empty where something else stands.
+    /// The next word, which ends at white space, a bracket, a quote or a comment; empty where something else follows.
     pub(super) fn word(&mut self) -> Result<&[u8], LoadError> {
         self.peek()?;
         let start = self.at;
@@ -142,7 +142,7 @@ impl<'a> Tokens<'a> {
         Err(self.fault(problem, advice))
     }
 
-    /// The `N` numbers after a directive, which may stand in brackets.
+    /// The `N` numbers after a directive, which may be in brackets.
     pub(super) fn numbers<const N: usize>(&mut self) -> Result<[f64; N], LoadError> {
         let is_list = self.skip(b'[')?;
         let mut numbers = [0.0; N];

@@ -23,7 +23,7 @@ struct Declared {
     elements: Vec<Element>,
 }
 
-/// Reads the header; the source stands at the first element afterwards.
+/// Reads the header; the source is at the first element afterwards.
 pub(super) fn read(source: &mut Source) -> Result<Vec<Element>, LoadError> {
     let mut declared = Declared::default();
     // Where lines end in a carriage return alone, a line feed after the last one is data.

@@ -73,7 +73,7 @@ pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<FileFormat, LoadErr
 }
 
 /// Likely kind of a file that gave no triangles as OBJ: "text that begins with 'hello'"; `None` if it looks like OBJ. Where
-/// its reader has `refused` a line of text, that says more.
+/// its reader has `refused` a line of text, that is more informative.
 pub(super) fn unlike_obj(bytes: &[u8], refused: bool) -> Option<String> {
     let searched = bytes.get(..SEARCHED).unwrap_or(bytes);
     // A stray control character in a short file, or zero bytes that a program left in a comment, make it no binary data.

@@ -243,7 +243,7 @@ impl<'a> Text<'a> {
         Ok(())
     }
 
-    /// Ends the loop of corners; `early` where a statement follows that may not stand within a facet.
+    /// Ends the loop of corners; `early` where a statement follows that is not allowed within a facet.
     fn end_facet(&mut self, early: bool) {
         if early && (self.in_facet || !self.corners.is_empty()) {
             self.warn("facets without 'endfacet'");

@@ -29,7 +29,7 @@ pub struct FreeNode {
 /// The tree, with its root at 0.
 pub struct FreeTree {
     pub nodes: Vec<FreeNode>,
-    /// Whether a subtree costs what a leaf of its primitives would, where that is less.
+    /// Subtrees that are dearer than a leaf of their primitives count as that leaf.
     collapses: bool,
 }
 

@@ -1,8 +1,8 @@
 //! Reinsertion: moves subtrees to where they cost less (Meister, Bittner, *Parallel Reinsertion for Bounding Volume
-//! Hierarchy Optimization*, 2018). Each round searches in parallel for the best moves of the most inefficient subtrees,
-//! then applies them in order of gain, each only if no node that it touches has changed in this round and the cost
-//! still falls. Every few rounds the largest treelets get their best topologies. So the cost never rises, and the tree is
-//! the same for any number of threads.
+//! Hierarchy Optimization*, 2018); a move is drawn in [`move_search`](crate::optimize::move_search). Each round searches in
+//! parallel for the best moves of the most inefficient subtrees, then applies them in order of gain, each only if no node that
+//! it touches has changed in this round and the cost still falls. Every few rounds the largest treelets get their best
+//! topologies. So the cost never rises, and the tree is the same for any number of threads.
 
 mod candidates;
 mod linked_tree;

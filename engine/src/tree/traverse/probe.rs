@@ -24,7 +24,7 @@ pub trait Probe {
     /// [`primitive_test`](Self::primitive_test) and [`visited`](Self::visited) are called, and the traversal omits what it would
     /// compute only for the others.
     const EVENTS: bool = false;
-    /// Whether it is to be told of anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
+    /// Whether it records anything at all. Where this is `false`, traversals may take a shorter way to the same hit.
     const ACTIVE: bool = true;
 
     /// This probe for the traversals that are compiled once for all probes, those of [`AnyTree`](crate::AnyTree) and

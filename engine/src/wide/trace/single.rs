@@ -17,7 +17,7 @@ use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::{Addresses, WideTree};
 
-/// The closest hit of `ray`: exactly that of the binary tree. `probe` is told of each node whose children are tested as one
+/// The closest hit of `ray`: exactly that of the binary tree. `probe` is called for each node whose children are tested as one
 /// container test and of each block as one primitive test, and of the events of [`Probe`].
 #[inline(always)]
 pub fn closest_hit<S: Simd, C: WideContainer, P: Probe>(
@@ -72,7 +72,7 @@ pub(crate) fn nearest<S: Simd, C: WideContainer, P: Probe, const ANY: bool>(
     ray: &Ray,
     probe: &mut P,
 ) -> Nearest {
-    // Probes are told of the exact tests.
+    // Probes record the exact tests.
     if P::ACTIVE || C::KIND != ContainerKind::Aabb {
         return nearest_exactly::<S, C, P, ANY>(simd, tree, ray, probe);
     }
@@ -273,7 +273,7 @@ impl Waiting {
         f32::from_bits((self.0 >> 32) as u32)
     }
 
-    /// Whether its distance of entry is at least that of `other`, whatever the children.
+    /// Compares distances of entry, whatever the children: true where that of `other` is not larger.
     #[inline(always)]
     fn enters_no_sooner_than(self, other: Self) -> bool {
         self.0 | u64::from(u32::MAX) >= other.0

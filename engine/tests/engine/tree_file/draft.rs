@@ -129,7 +129,7 @@ pub fn written(tree: &AnyTree, header: &bvhscope_engine::tree_file::Header, corn
     bytes
 }
 
-/// Whether an error of a writer is that of a cancelled token.
+/// Whether a writer failed because the token was cancelled.
 pub fn is_cancelled(error: &std::io::Error) -> bool {
     error.get_ref().is_some_and(|inner| inner.is::<Cancelled>())
 }

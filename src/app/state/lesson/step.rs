@@ -38,7 +38,7 @@ struct Product {
 }
 
 impl Check {
-    /// Reads a check; `Err` says what is wrong with it.
+    /// Reads a check; `Err` describes the fault.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (less, (left, right)) = match (text.split_once('<'), text.split_once('>')) {
             (Some(sides), None) => (true, sides),
@@ -48,7 +48,7 @@ impl Check {
         Ok(Self { left: Product::parse(left)?, less, right: Product::parse(right)?, text: text.trim().to_owned() })
     }
 
-    /// Whether it holds; `None` where a number that it needs is not known.
+    /// Whether it holds; `None` where one of its numbers is unknown.
     pub fn holds(&self, now: &Numbers, before: Option<&Numbers>) -> Option<bool> {
         let (left, right) = (self.left.value(now, before)?, self.right.value(now, before)?);
         Some(if self.less { left < right } else { left > right })
@@ -91,7 +91,7 @@ impl Product {
 pub struct Numbers(BTreeMap<&'static str, (f64, String)>);
 
 impl Numbers {
-    /// Every name, with what it stands for.
+    /// Every name, with its number.
     pub const NAMES: [(&'static str, &'static str); 9] = [
         ("triangles", "triangles of the model"),
         ("nodes", "nodes of the tree"),

@@ -62,7 +62,7 @@ pub struct PictureCut {
     pub order: MergeOrder,
     /// Number of clusters left at the present step; `None` while no step is chosen. Kept from tree to tree.
     pub left: Option<u32>,
-    /// Whether it plays, with the part of a merge that has not been shown yet.
+    /// The part of a merge that has not been shown yet, while it plays.
     pub playing: Option<f64>,
     /// Merges a second.
     pub speed: f64,

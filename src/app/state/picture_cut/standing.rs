@@ -105,7 +105,7 @@ impl Standing {
         }
     }
 
-    /// Whether `node` stands, drawn or not.
+    /// Whether `node` is an active cluster, drawn or not.
     pub fn stands(&self, node: u32) -> bool {
         match &self.source {
             Source::Step(study, step) => {

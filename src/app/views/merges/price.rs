@@ -37,7 +37,7 @@ fn note(ui: &mut Ui, text: &str) {
 /// The button that compares `node`.
 fn button(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let triangles = shown.table.known_primitives(node);
-    // A leaf holds at least one triangle, so a subtree of so many has no more leaves.
+    // A leaf holds at least one triangle, so a subtree has no more leaves than triangles.
     let small = triangles.is_none_or(|count| count as usize <= MAX_EXACT_LEAVES);
     let count = triangles.map_or_else(|| "…".to_owned(), |count| format::counted(count.into(), "triangle"));
     let label = format!("Compare node {} ({count})", format::count(node.into()));

@@ -55,7 +55,7 @@ fn orders(ui: &mut Ui, merges: &mut PictureCut) {
                 "As a build by one thread merges: the left side of each range, the right side, then both"
             }
             MergeOrder::Distance => {
-                "By the area of what is made, smallest first, as exact clustering would: read backwards, the last clusters standing"
+                "By the area of what is made, smallest first, as exact clustering would: read backwards, the last active clusters"
             }
             MergeOrder::Level => {
                 "By level of the recursion, deepest first: all small ranges, then the ranges made of two of them"
@@ -134,7 +134,7 @@ fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     let response = ui.add(field);
     response.widget_info(|| {
         let mut info = WidgetInfo::drag_value(ui.is_enabled(), f64::from(left));
-        info.label = Some("Clusters standing".to_owned());
+        info.label = Some("Active clusters".to_owned());
         info
     });
     if response.changed() {
@@ -148,7 +148,7 @@ fn drawn(ui: &mut Ui, merges: &mut PictureCut) {
     let choices = [
         (CutKind::Step, "at this step"),
         (CutKind::Area, "of at most this area"),
-        (CutKind::Triangles, "of at most so many triangles"),
+        (CutKind::Triangles, "of at most this many triangles"),
     ];
     let tip =
         "Clusters over the picture: those that are active at this step, or the largest up to a size, whatever the step";

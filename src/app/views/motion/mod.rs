@@ -166,7 +166,7 @@ fn plan_of(inputs: &MotionInputs, policies: Vec<Policy>) -> MotionPlan {
 }
 
 impl MotionView {
-    /// What is to be measured, of which model; `None` while the view is closed or a clip plays, which would disturb the times.
+    /// The model and the inputs to be measured; `None` while the view is closed or a clip plays, which would disturb the times.
     fn wanted(&mut self, state: &AppState) -> Option<(Arc<Accel>, MotionInputs)> {
         let accel = state.presented_tree();
         self.follow(accel.as_ref().map(|accel| &accel.scene));

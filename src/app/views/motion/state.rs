@@ -47,7 +47,7 @@ impl MotionQuantity {
         Self::ALL.into_iter().find(|(quantity, ..)| *quantity == self).map_or("", |(_, label, _)| label)
     }
 
-    /// The value of a tree in a frame with so many rays; `None` where it is not known.
+    /// The value of a tree in a frame with `rays` rays; `None` where it is unknown.
     pub fn of(self, row: &MotionRow, rays: f64) -> Option<f64> {
         match self {
             Self::Update => Some(row.update.ready_time().as_secs_f64() * 1e3),
@@ -104,7 +104,7 @@ pub struct MotionView {
     pub hidden: Vec<Policy>,
     /// Rays of a frame.
     pub rays: f64,
-    /// What was measured.
+    /// The measured curves.
     pub study: Study<MotionInputs, MotionCurves>,
     /// The model that was measured, by its tree when that was begun, which the study keeps its value with; and the rays of the view then.
     basis: Option<(Arc<Accel>, ViewRays)>,
@@ -188,7 +188,7 @@ impl MotionView {
         drop(self.basis.take_if(is_same));
     }
 
-    /// What was measured last of the present model, by whichever inputs.
+    /// The latest measurement of the present model, by whichever inputs.
     pub fn curves(&self) -> Option<&Arc<MotionCurves>> {
         self.study.of_tree(&self.basis.as_ref()?.0)
     }

@@ -43,7 +43,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState, result: &PaperResult) {
         for line in family.chunks(columns) {
             ui.horizontal_top(|ui| {
                 for (column, chart) in line.iter().enumerate() {
-                    // Names of rows stand at the left of a line only.
+                    // Names of rows are at the left of a line only.
                     let names = if column == 0 { names } else { 0.0 };
                     let rows = Arc::clone(&result.rows);
                     plot(ui, state, chart, &rows, (vec2(width + names, height), names));

@@ -247,7 +247,7 @@ pub struct SessionTrees {
 
 impl SessionTrees {
     /// Notes the numbers of a tree that is shown; called each UI frame. A model that was shown before has its trees again, any other
-    /// scene begins anew.
+    /// scene begins again.
     pub fn note(&mut self, accel: &Accel) {
         if !is_same(&self.scene, &accel.scene) {
             self.begin(&accel.scene);
@@ -260,7 +260,7 @@ impl SessionTrees {
         let is_measured = (accel.file.is_some() || accel.whole_builds().is_some()) && tree.tests.is_some();
         if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
             if accel.file.is_some() && known.tree.sah_cost != tree.sah_cost {
-                // The file was written anew.
+                // The file was written again.
                 *known = SessionTree::new(tree);
             } else {
                 let before = &known.tree;
@@ -282,7 +282,7 @@ impl SessionTrees {
     fn begin(&mut self, scene: &Arc<Scene>) {
         let model = KnownModel::of(scene);
         let trees = std::mem::take(&mut self.trees);
-        // The same file at another moment, or written anew, has other trees.
+        // The same file at another moment, or written again, has other trees.
         if let Some(before) = self.model.take().filter(|before| before.source != model.source) {
             self.others.retain(|(other, _)| other.source != before.source);
             self.others.push((before, trees));

@@ -47,8 +47,7 @@ impl ViewState for RayView {
 }
 
 impl View for RayView {
-    const PURPOSE: &'static str =
-        "What one ray does in the tree, step by step: what it enters, skips and tests, and what was in vain";
+    const PURPOSE: &'static str = "One ray through the tree, step by step: the nodes it enters and skips, the triangles it tests, and its wasted steps";
     const KEY: Key = Key::F8;
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {

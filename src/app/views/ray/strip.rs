@@ -194,14 +194,14 @@ fn zoom(ui: &Ui, response: &Response, zoom: &mut Option<[f32; 2]>, rect: Rect, r
 fn tip(pointed: Option<&Span>) -> String {
     let Some(span) = pointed else {
         return "The ray from left to right, a row for each depth of the tree. Filled: visited, and a nearer hit was found in it. \
-                Hatched: visited in vain. Outlined: entered, but skipped. A click goes to the step that enters a container, \
+                Hatched: wasted visits. Outlined: entered, but skipped. A click goes to the step that enters a container, \
                 the wheel zooms. Keys: Left and Right step, Space plays, Down goes to the next hit, Z zooms to the last one"
             .to_owned();
     };
     let [from, to] = span.t.map(|t| format::significant(t.into()));
     let visit = match span.visit {
         Visit::Useful => "visited; a nearer hit was found in it",
-        Visit::Wasted => "visited in vain: nothing nearer was found in it",
+        Visit::Wasted => "wasted visit: nothing nearer was found in it",
         Visit::Skipped => "entered, but never visited: it begins behind a hit, or a hit ended the ray",
     };
     let kind = if span.is_leaf { "Leaf" } else { "Node" };

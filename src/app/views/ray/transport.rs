@@ -170,7 +170,7 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
         let [all, of_nodes] = [lines.nodes + lines.triangles, lines.nodes].map(format::count);
         format!("{all} cache lines read, {of_nodes} of nodes; ")
     });
-    let all = format!("In all {counts}; {lines}{visited} visited, {wasted} in vain, {skipped} skipped; {hit}");
+    let all = format!("In all {counts}; {lines}{visited} visited, {wasted} wasted, {skipped} skipped; {hit}");
     // The picture's counts are those of its own traversal of the binary tree, by primary rays.
     let ray = &state.model.ray;
     let is_like = ray.kind == RayKind::Primary && ray.method == RayMethod::Binary(shown.frame.settings.traversal);
@@ -185,7 +185,7 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
         (None, None) => all,
     };
     ui.add(Label::new(RichText::new(now).color(palette.text)).truncate());
-    let tip = "Visited in vain: nothing nearer was found in the container. Skipped: it begins behind a hit found before, or a \
+    let tip = "Wasted: nothing nearer was found in the container. Skipped: it begins behind a hit found before, or a \
                hit ended the ray. The wide tree tests up to eight containers and four triangles at once and counts them as one";
     ui.add(Label::new(RichText::new(all).color(palette.dim)).wrap()).tip(tip);
 }
