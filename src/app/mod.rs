@@ -38,7 +38,7 @@ pub mod panels;
 mod shell;
 
 pub use shell::app::App;
-pub use shell::options::{CliOverrides, StartOptions};
+pub use shell::options::{Overrides, StartOptions};
 pub use shell::run::{AppError, run};
 pub use shell::settings::{SettingsUse, mark_clean_exit};
 pub use shell::storage::saved_bookmark;

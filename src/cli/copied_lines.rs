@@ -12,15 +12,93 @@ mod tests {
     use super::super::resolve;
     use crate::accel::Follow;
     use crate::app::commands::command_line;
-    use crate::app::state::{AppState, CompareView, Preferences, SecondTree, Wanted};
-    use crate::catalog::settings::{SETTINGS, Value};
+    use crate::app::state::{AppState, CompareView, Preferences, SecondTree, SharedState, Wanted};
+    use crate::catalog::settings::{SETTINGS, Setting, Settings, Value, each_other_value};
     use crate::headless::diff::DiffTree;
-    use crate::headless::{MomentChoice, Times};
+    use crate::headless::{MomentChoice, RenderCommand, Times};
+    use crate::overlay::OverlaySettings;
+    use crate::render::RenderSettings;
+    use crate::render::rows::SIMD;
     use crate::scene::{LoadOptions, Moment, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
     use bvhscope_engine::follow::Policy;
-    use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
+    use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
+
+    /// The `render` command that the window copies.
+    fn copied(state: &AppState) -> RenderCommand {
+        let line = command_line(state);
+        let cli = Cli::try_parse_from(shell_words(&line)).unwrap_or_else(|error| panic!("{line}\n{error}"));
+        let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };
+        resolve::render(args).unwrap()
+    }
+
+    /// A build that uses every setting.
+    fn finest() -> BuildSettings {
+        BuildSettings::preset(Preset::Finest, ContainerKind::Aabb)
+    }
+
+    #[test]
+    fn every_setting_is_copied() {
+        let mut state = AppState::new(Wanted::new(SceneSource::default_builtin()), Preferences::default());
+        each_other_value(&finest(), |row, build| {
+            state.wanted.build = *build;
+            assert_eq!(row.text(&copied(&state).build), row.text(build), "{row:?}");
+        });
+        each_other_value(&RenderSettings::default(), |row, render| {
+            state.wanted.render = *render;
+            assert_eq!(row.text(&copied(&state).settings), row.text(render), "{row:?}");
+        });
+        each_other_value(&OverlaySettings::default(), |row, overlay| {
+            state.wanted.overlay = *overlay;
+            assert_eq!(row.text(&copied(&state).overlay.unwrap()), row.text(overlay), "{row:?}");
+        });
+    }
+
+    /// The settings that the window begins with after `bvhscope` with the flag of a setting.
+    fn started<T: Settings>(row: &Setting<T>, settings: &T) -> Wanted {
+        let value = (!matches!(row.value, Value::Switch { .. })).then(|| row.text(settings));
+        let words = ["bvhscope".to_owned(), format!("--{}", row.key)].into_iter().chain(value);
+        let cli = Cli::try_parse_from(words).unwrap();
+        let mut wanted = Wanted::new(SceneSource::default_builtin());
+        resolve::viewer(cli.viewer).overrides.apply(&mut wanted, &mut Preferences::default());
+        wanted
+    }
+
+    #[test]
+    fn every_flag_reaches_the_window() {
+        each_other_value(&BuildSettings::default(), |row, build| {
+            assert_eq!(row.text(&started(row, build).build), row.text(build), "{row:?}");
+        });
+        each_other_value(&RenderSettings::default(), |row, render| {
+            assert_eq!(row.text(&started(row, render).render), row.text(render), "{row:?}");
+        });
+        each_other_value(&OverlaySettings::default(), |row, overlay| {
+            assert_eq!(row.text(&started(row, overlay).overlay), row.text(overlay), "{row:?}");
+        });
+    }
+
+    #[test]
+    fn every_setting_is_shared() {
+        let shared = |wanted: Wanted| {
+            let line = SharedState { wanted, ..SharedState::default() }.line();
+            SharedState::parse(&line).unwrap_or_else(|error| panic!("{line}: {error}")).wanted
+        };
+        let wanted = Wanted::new(SceneSource::default_builtin());
+        each_other_value(&finest(), |row, build| {
+            let again = shared(Wanted { build: *build, ..wanted.clone() });
+            assert_eq!(row.text(&again.build), row.text(build), "{row:?}");
+        });
+        each_other_value(&RenderSettings::default(), |row, render| {
+            let again = shared(Wanted { render: *render, ..wanted.clone() });
+            // The instructions are the processor's own.
+            assert!(row == &SIMD || row.text(&again.render) == row.text(render), "{row:?}");
+        });
+        each_other_value(&OverlaySettings::default(), |row, overlay| {
+            let again = shared(Wanted { overlay: *overlay, ..wanted.clone() });
+            assert_eq!(row.text(&again.overlay), row.text(overlay), "{row:?}");
+        });
+    }
 
     #[test]
     fn two_trees_in_view_are_copied_as_a_comparison() {
@@ -34,7 +112,7 @@ mod tests {
             if let Value::Number(number) = &row.value
                 && (row.applies)(&b)
             {
-                (number.set)(&mut b, number.range[1]);
+                (number.set)(&mut b, number.limits.range[1]);
             }
         }
         let mut state = AppState::new(wanted.clone(), Preferences::default());

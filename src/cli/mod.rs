@@ -3,6 +3,7 @@
 //! The only module that knows flags; independent of how a command works. Start at [`main`].
 
 mod args;
+mod common;
 #[cfg(test)]
 mod copied_lines;
 mod named;
@@ -29,10 +30,11 @@ use crate::lab::Job;
 use crate::scene::LoadOptions;
 use crate::text::without_middle;
 use crate::threads::start_global_pool;
-use args::{BuildArgs, Cli, CommandArgs, MeasureArgs, OneTreeArgs, StrictLoadArgs, TreesFromFilesArgs};
+use args::{Cli, CommandArgs, MeasureArgs};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::ContainerKind;
+use common::Common;
 
 /// Runs the program with its command line arguments and returns the exit code: 0 done, 1 failed, 2 wrong usage, 3 done
 /// with warnings under `--strict`, 130 interrupted.
@@ -54,22 +56,25 @@ fn run(token: CancelToken) -> u8 {
         Err(error) => return usage::print(error),
     };
     console::start_log();
-    let load_args = cli.command.as_ref().and_then(load_args);
-    // The viewer shows warnings and has no --strict.
-    let strict = load_args.is_some_and(|load| load.strict);
-    if let Some(limit) = load_args.map_or(cli.viewer.load.memory_limit, |load| load.any.memory_limit) {
+    let Common { load, strict, threads, simd, fault } = Common::of(&cli);
+    if let Some(limit) = load.and_then(|load| load.memory_limit) {
         Budget::set_limit(limit);
     }
-    SimdLevel::limit_builds(simd(&cli));
-    if let Some(text) = invalid_combination(&cli) {
+    SimdLevel::limit_builds(simd);
+    if let Some(text) = fault {
         return finish(Err(Failure::Usage(text)), strict);
     }
+    let load = load.map_or_else(LoadOptions::default, resolve::load);
     let result = match cli.command {
         None => run_viewer(cli.viewer, &token),
         // A panic is a bug in bvhscope; it ends with an exit code and a message.
-        Some(command) => catch_unwind(AssertUnwindSafe(|| run_command(command, token))).unwrap_or_else(|_| {
-            Err(Failure::Failed("this is a mistake in bvhscope; please report it with the message above".to_owned()))
-        }),
+        Some(command) => {
+            catch_unwind(AssertUnwindSafe(|| run_command(command, load, threads, token))).unwrap_or_else(|_| {
+                Err(Failure::Failed(
+                    "this is a mistake in bvhscope; please report it with the message above".to_owned(),
+                ))
+            })
+        }
     };
     finish(result, strict)
 }
@@ -114,81 +119,13 @@ fn finish(result: Result<Finished, Failure>, strict: bool) -> u8 {
     }
 }
 
-/// The loading flags of a command; `None` if it loads no model.
-fn load_args(command: &CommandArgs) -> Option<&StrictLoadArgs> {
-    Some(match command {
-        CommandArgs::Render(args) => &args.load,
-        CommandArgs::Info(args) => &args.load,
-        CommandArgs::Ray(args) => &args.load,
-        CommandArgs::Tree(args) => &args.load,
-        CommandArgs::Merges(args) => &args.load,
-        CommandArgs::Bench(args) => &args.measure.load,
-        CommandArgs::Sweep(args) => &args.measure.load,
-        CommandArgs::Scaling(args) => &args.measure.load,
-        CommandArgs::Compare(args) => &args.measure.load,
-        CommandArgs::Animate(args) => &args.measure.load,
-        CommandArgs::Diff(args) => &args.load,
-        CommandArgs::Plot(_) => return None,
-    })
-}
-
-/// The SIMD level that the command line names, for builds and rays.
-fn simd(cli: &Cli) -> Option<SimdLevel> {
-    match &cli.command {
-        None => cli.viewer.picture.simd,
-        Some(CommandArgs::Render(args)) => args.picture.simd,
-        Some(CommandArgs::Bench(args)) => args.measure.trace.simd,
-        Some(CommandArgs::Sweep(args)) => args.measure.trace.simd,
-        Some(CommandArgs::Scaling(args)) => args.measure.trace.simd,
-        Some(CommandArgs::Compare(args)) => args.measure.trace.simd,
-        Some(CommandArgs::Animate(args)) => args.measure.trace.simd,
-        Some(CommandArgs::Diff(args)) => args.trace.simd,
-        Some(CommandArgs::Info(args)) => args.simd,
-        Some(CommandArgs::Ray(args)) => args.simd,
-        Some(CommandArgs::Tree(args)) => args.simd,
-        Some(CommandArgs::Merges(args)) => args.picture.simd,
-        Some(CommandArgs::Plot(_)) => None,
-    }
-}
-
-/// The error message for an invalid combination of flags, if it is one.
-fn invalid_combination(cli: &Cli) -> Option<String> {
-    let one = |args: &BuildArgs, file: Option<&PathBuf>| {
-        let given = &args.settings.0;
-        resolve::invalid_passes(given, &[given.settings().container])
-            .or_else(|| file.and_then(|_| resolve::invalid_passes_of_file(given)))
-    };
-    let several = |args: &OneTreeArgs, default: &[ContainerKind]| {
-        resolve::invalid_passes(&args.shape.0, args.container.as_ref().map_or(default, |given| &given.0))
-    };
-    let of_one_model = |files: &TreesFromFilesArgs, args: &MeasureArgs| {
-        let models = args.models.len();
-        (!files.trees.is_empty() && models > 1)
-            .then(|| format!("--tree: a tree is that of one model, and {models} are named; measure them one by one"))
-    };
-    match &cli.command {
-        None => one(&cli.viewer.build, cli.viewer.tree.tree.as_ref()),
-        Some(CommandArgs::Render(args)) => one(&args.build, args.tree.tree.as_ref()),
-        Some(CommandArgs::Info(args)) => one(&args.build, args.tree.tree.as_ref()),
-        Some(CommandArgs::Ray(args)) => one(&args.build, args.tree.tree.as_ref()),
-        Some(CommandArgs::Tree(args)) => one(&args.build, args.tree.tree.as_ref()),
-        Some(CommandArgs::Merges(args)) => one(&args.build, None),
-        Some(CommandArgs::Bench(args)) => {
-            of_one_model(&args.files, &args.measure).or_else(|| several(&args.tree, &ContainerKind::OF_PAPER))
-        }
-        Some(CommandArgs::Compare(args)) => of_one_model(&args.files, &args.measure),
-        Some(CommandArgs::Sweep(args)) => of_one_model(&args.files, &args.measure),
-        Some(CommandArgs::Scaling(args)) => several(&args.tree, &[ContainerKind::Aabb]),
-        Some(CommandArgs::Animate(args)) => several(&args.tree, &[ContainerKind::Aabb]),
-        // The settings of `diff` were checked one by one.
-        Some(CommandArgs::Diff(_) | CommandArgs::Plot(_)) => None,
-    }
-}
-
-fn run_command(command: CommandArgs, token: CancelToken) -> Result<Finished, Failure> {
+fn run_command(
+    command: CommandArgs,
+    load: LoadOptions,
+    requested: Option<usize>,
+    token: CancelToken,
+) -> Result<Finished, Failure> {
     let mut out = Output;
-    let load = load_args(&command).map_or_else(LoadOptions::default, |load| resolve::load(&load.any));
-    let requested = threads(&command);
     let threads = usable_threads(requested);
     let mut context = Context { token: token.clone(), out: &mut out, load };
     // A plot is drawn without.
@@ -251,24 +188,6 @@ fn usable_threads(requested: Option<usize>) -> usize {
         ));
     }
     threads
-}
-
-/// The number of threads that the command line asks for.
-fn threads(command: &CommandArgs) -> Option<usize> {
-    match command {
-        CommandArgs::Render(args) => args.build.threads,
-        CommandArgs::Info(args) => args.build.threads,
-        CommandArgs::Ray(args) => args.build.threads,
-        CommandArgs::Tree(args) => args.build.threads,
-        CommandArgs::Merges(args) => args.build.threads,
-        CommandArgs::Bench(args) => args.measure.trace.threads,
-        CommandArgs::Sweep(args) => args.measure.trace.threads,
-        CommandArgs::Scaling(args) => args.measure.trace.threads,
-        CommandArgs::Compare(args) => args.measure.trace.threads,
-        CommandArgs::Animate(args) => args.measure.trace.threads,
-        CommandArgs::Diff(args) => args.trace.threads,
-        CommandArgs::Plot(_) => None,
-    }
 }
 
 fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {

@@ -1,8 +1,7 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
 use crate::lab::population::{Population, Populations};
-use crate::overlay::{ColorBy, ContainerSet};
-use crate::render::{Background, ColorMap, Light, NormalSource, RayKind, Shading};
+use crate::render::{Background, Light, RayKind};
 use crate::view::NamedView;
 use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::follow::Policy;
@@ -36,27 +35,15 @@ named!(
     BuilderKind,
     ContainerKind,
     NamedView,
-    Shading,
     Light,
     Background,
-    NormalSource,
     RayKind,
     Traversal,
-    ColorMap,
     SimdLevel,
     MergeOrder,
     Population,
     Policy,
 );
-
-/// A picture is of one tree.
-impl Named for ColorBy {
-    const VALUES: &'static [Self] = &Self::OF_ONE_TREE;
-
-    fn value_name(self) -> &'static str {
-        self.name()
-    }
-}
 
 /// Parses the name of any value of `T`.
 pub fn named<T: Named>(text: &str) -> Result<T, String> {
@@ -129,20 +116,6 @@ pub fn containers_help(before: &str, after: &str) -> String {
     format!("{before}{}{after}", any_of(&container_names()))
 }
 
-/// Parses a comma-separated list of containers to draw, `none` or a name for several; earlier versions named pairs with a hyphen.
-pub fn drawn_containers(text: &str) -> Result<ContainerSet, String> {
-    let of = |name: &str| {
-        let expected = || format!("a list of {}, or none is expected", names(&ContainerKind::WITH_ORIENTED).join(", "));
-        ContainerKind::WITH_ORIENTED.into_iter().find(|kind| kind.name() == name).ok_or_else(expected)
-    };
-    match text {
-        "none" => Ok(ContainerSet::NONE),
-        "both" => Ok(ContainerKind::OF_PAPER.into_iter().collect()),
-        "all" => Ok(ContainerKind::ALL.into_iter().collect()),
-        _ => text.split([',', '-']).map(of).collect(),
-    }
-}
-
 /// Parses a comma-separated list of populations of rays, `none` or `all`.
 pub fn populations(text: &str) -> Result<Populations, String> {
     match text {
@@ -204,13 +177,6 @@ mod tests {
     #[test]
     fn help_texts_name_every_value() {
         assert_help_names::<NamedView>("render", "camera");
-        assert_help_names::<Shading>("render", "shading");
-        assert_help_names::<Light>("render", "light");
-        assert_help_names::<Traversal>("render", "traversal");
-        assert_help_names::<ColorMap>("render", "color-map");
-        assert_help_names::<ColorBy>("render", "color-by");
-        assert_help_names::<ContainerKind>("render", "overlay");
-        assert_help_names::<SimdLevel>("render", "simd");
         assert_help_names::<Traversal>("bench", "traversal");
         assert_help_names::<RayKind>("ray", "kind");
         assert_help_names::<Traversal>("ray", "traversal");
@@ -221,29 +187,12 @@ mod tests {
     }
 
     #[test]
-    fn drawn_containers_are_a_list_or_a_name_of_earlier_versions() {
-        for (text, list) in [
-            ("none", "none"),
-            ("oriented,box,box", "box,oriented"),
-            ("box", "box"),
-            ("both", "box,sphere"),
-            ("box-dop", "box,dop"),
-            ("sphere-dop", "sphere,dop"),
-            ("all", "box,sphere,dop"),
-            ("box-oriented", "box,oriented"),
-        ] {
-            assert_eq!(drawn_containers(text).unwrap().to_string(), list, "{text}");
-        }
-    }
-
-    #[test]
     fn an_unknown_name_is_answered_with_all_names() {
         assert_eq!(named::<ContainerKind>("cube").unwrap_err(), "one of box, sphere, dop is expected");
         assert_eq!(containers("cube").unwrap_err(), "one of box, sphere, dop, oriented, both, all is expected");
         assert_eq!(containers("both").unwrap().0, ContainerKind::OF_PAPER);
         assert_eq!(containers("all").unwrap().0, ContainerKind::WITH_ORIENTED);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
-        assert_eq!(drawn_containers("cube").unwrap_err(), "a list of box, sphere, dop, oriented, or none is expected");
         let some = Populations::NONE.with(Population::Random).with(Population::Primary);
         assert_eq!(populations("random,primary"), Ok(some));
         assert_eq!((populations("all"), populations("none")), (Ok(Populations::ALL), Ok(Populations::NONE)));

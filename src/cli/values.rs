@@ -6,8 +6,7 @@ use super::named::named;
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::budget::MemoryLimit;
-use crate::catalog::settings::Number;
-use crate::render::Exposure;
+use crate::catalog::settings::Limits;
 use crate::scene::SceneSource;
 use crate::view::NamedView;
 
@@ -15,8 +14,6 @@ use crate::view::NamedView;
 pub const MAX_SIDE: u32 = 16_384;
 /// Maximum number of threads.
 pub const MAX_THREADS: usize = 1024;
-/// Maximum number of antialiasing samples per pixel.
-pub const MAX_SAMPLES: u32 = 1024;
 /// Maximum number of repetitions of a measurement.
 pub const MAX_REPEAT: usize = 1000;
 
@@ -70,18 +67,18 @@ pub fn decimal(text: &str, low: f32, high: f32) -> Result<f32, String> {
 
 /// Parses values of a setting, `6` or `2,4,8`, or where it has whole numbers, a range with both ends, `2..32` or `2..=32`. Whole
 /// numbers are sorted, each once.
-pub fn numbers(number: &Number, text: &str) -> Result<Numbers, String> {
-    let is_whole = number.decimals == 0;
+pub fn numbers(limits: &Limits, text: &str) -> Result<Numbers, String> {
+    let is_whole = limits.decimals == 0;
     if let Some((first, last)) = text.split_once("..").filter(|_| is_whole) {
         let last = last.strip_prefix('=').unwrap_or(last);
         let [from, to] = [first, last].map(|end| end.parse::<u32>().ok());
         if from.is_some() && to.is_some() && from > to {
             return Err("the range is reversed: write it as SMALLEST..LARGEST".to_owned());
         }
-        let (first, last) = (number.parse(first)?, number.parse(last)?);
+        let (first, last) = (limits.parse(first)?, limits.parse(last)?);
         return Ok(Numbers((first as u32..=last as u32).map(|value| value as f32).collect()));
     }
-    let mut values = text.split(',').map(|text| number.parse(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut values = text.split(',').map(|text| limits.parse(text)).collect::<Result<Vec<_>, _>>()?;
     if is_whole {
         values.sort_by(f32::total_cmp);
         values.dedup();
@@ -97,10 +94,6 @@ pub fn repeat(text: &str) -> Result<usize, String> {
     whole(text, 1, MAX_REPEAT)
 }
 
-pub fn samples(text: &str) -> Result<u32, String> {
-    whole(text, 1, MAX_SAMPLES)
-}
-
 /// Parses `X,Y`: column and row of a pixel, from 0.
 pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| whole::<u32>(text.trim(), 0, MAX_SIDE - 1).ok();
@@ -113,17 +106,6 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
 /// Parses an angle in degrees; returns radians.
 pub fn fov(text: &str) -> Result<f32, String> {
     decimal(text, 1.0, 170.0).map_err(|_| "degrees from 1 to 170 are expected".to_owned()).map(f32::to_radians)
-}
-
-/// Parses `auto` or a number of stops.
-pub fn exposure(text: &str) -> Result<Exposure, String> {
-    if text == "auto" {
-        return Ok(Exposure::Auto);
-    }
-    let limit = Exposure::MAX_FIXED;
-    decimal(text, -limit, limit)
-        .map(Exposure::Fixed)
-        .map_err(|_| format!("auto or a number of stops from -{limit} to {limit} is expected"))
 }
 
 /// A state that Ctrl+L of the window copied.
@@ -165,27 +147,6 @@ pub fn memory(text: &str) -> Result<MemoryLimit, String> {
         .filter(|bytes| (16e6..1e18).contains(bytes))
         .map(|bytes| MemoryLimit::Bytes(bytes as u64))
         .ok_or_else(expected)
-}
-
-/// Parses tree levels: `N`, or `A..B` with both ends included.
-pub fn depths(text: &str) -> Result<[u32; 2], String> {
-    let expected = || "a tree level, or the first and the last one as A..B (root 0), is expected".to_owned();
-    let level = |text: &str| text.parse::<u32>().map_err(|_| expected());
-    let (first, last) = match text.split_once("..") {
-        Some((first, last)) => (level(first)?, level(last.strip_prefix('=').unwrap_or(last))?),
-        None => (level(text)?, level(text)?),
-    };
-    if first > last { Err(format!("the first level {first} lies below the last, {last}")) } else { Ok([first, last]) }
-}
-
-/// Parses `A..B`, the test counts at the two ends of the heat map.
-pub fn heat_range(text: &str) -> Result<[f32; 2], String> {
-    let expected = || "two counts A..B with 0 <= A < B are expected, as in 0..80".to_owned();
-    let (low, high) = text.split_once("..").ok_or_else(expected)?;
-    match (low.parse::<f32>(), high.parse::<f32>()) {
-        (Ok(low), Ok(high)) if 0.0 <= low && low < high && high.is_finite() => Ok([low, high]),
-        _ => Err(expected()),
-    }
 }
 
 /// Parses a time in seconds.
@@ -244,7 +205,7 @@ mod tests {
 
     fn numbers_of(setting: &Setting, text: &str) -> Result<Vec<f32>, String> {
         let Value::Number(number) = &setting.value else { return Err("it is no number".to_owned()) };
-        numbers(number, text).map(|numbers| numbers.0)
+        numbers(&number.limits, text).map(|numbers| numbers.0)
     }
 
     #[test]
@@ -277,8 +238,5 @@ mod tests {
         for bad in ["0/2", "3/2", "1", "a/b", "1/0"] {
             assert!(shard(bad).is_err(), "{bad}");
         }
-        assert_eq!(depths("3..5").unwrap(), [3, 5]);
-        assert!(depths("5..3").is_err());
-        assert!(heat_range("5..5").is_err());
     }
 }

@@ -134,6 +134,6 @@ fn tree_flags(contender: &Contender, flag: &mut dyn FnMut(&str, Option<&str>)) {
         flag("container", Some(build.tree_container().name()));
         flag("preset", Some(preset.name()));
     } else {
-        written(build).for_each(|(key, text)| flag(key, Some(&text)));
+        written(build).for_each(|(row, text)| flag(row.key, Some(&text)));
     }
 }

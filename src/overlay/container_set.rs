@@ -44,14 +44,6 @@ impl ContainerSet {
     }
 }
 
-impl std::fmt::Display for ContainerSet {
-    /// The names, separated by commas, or `none`.
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let names: Vec<&str> = self.iter().map(ContainerKind::name).collect();
-        formatter.write_str(if names.is_empty() { "none".to_owned() } else { names.join(",") }.as_str())
-    }
-}
-
 impl FromIterator<ContainerKind> for ContainerSet {
     fn from_iter<I: IntoIterator<Item = ContainerKind>>(kinds: I) -> Self {
         kinds.into_iter().fold(Self::NONE, Self::with)

@@ -8,6 +8,7 @@
 mod container_set;
 mod level;
 mod node;
+pub mod rows;
 mod selection;
 mod settings;
 mod viewpoint;

@@ -1,5 +1,6 @@
 //! Rendering: tiles of rays through an [`Accel`](crate::accel::Accel), shaded into a [`Frame`]. Knows no egui and no wgpu.
 
+pub mod rows;
 mod settings;
 
 mod frame;

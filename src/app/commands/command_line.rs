@@ -5,16 +5,15 @@ use std::fmt::Write as _;
 
 use glam::DVec3;
 
-use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::traverse::Traversal;
 
 use crate::accel::Follow;
 use crate::app::state::{AppState, CompareView, TreeSide, Wanted};
 use crate::camera::{Camera, Projection};
-use crate::catalog::settings;
-use crate::overlay::{ColorBy, Selection};
-use crate::render::{Background, Exposure, Light, NormalSource, RenderSettings, Shading};
+use crate::catalog::settings::{Settings, Value, written};
+use crate::overlay::{OverlaySettings, Selection};
+use crate::render::Background;
 use crate::scene::to_file;
 use crate::text::quote;
 
@@ -43,6 +42,14 @@ impl Line {
     fn switch(&mut self, name: &str, on: bool) {
         if on {
             let _ = write!(self.0, " {name}");
+        }
+    }
+
+    /// The settings that a line names, by their flags.
+    fn settings<T: Settings>(&mut self, settings: &T) {
+        for (row, text) in written(settings) {
+            let value = if let Value::Switch { .. } = row.value { String::new() } else { format!(" {text}") };
+            let _ = write!(self.0, " --{}{value}", row.key);
         }
     }
 
@@ -127,7 +134,7 @@ fn diff_line(state: &AppState) -> String {
 fn settings_text(build: &BuildSettings) -> String {
     let builder = if build.builder == BuilderKind::None { BuilderKind::Aac } else { build.builder };
     let built = BuildSettings { builder, ..*build };
-    let words = settings::written(&built).map(|(key, value)| format!("{key}={value}"));
+    let words = written(&built).map(|(row, value)| format!("{}={value}", row.key));
     words.collect::<Vec<_>>().join(" ")
 }
 
@@ -139,14 +146,16 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
         // The file of the model itself needs no flag.
         Some(file) if source.path() == Some(file) => {}
         Some(file) => line.flag("--tree", quote(&file.display().to_string())),
-        None => settings::written(state.wanted.build_of(side))
-            .for_each(|(key, value)| line.flag(&format!("--{key}"), value)),
+        None => line.settings(state.wanted.build_of(side)),
     }
     line.threads_and_size(state);
     line.moment(state);
     line.follow(state, side);
     line.camera(camera, state.wanted.offset);
-    picture_flags(render, state.wanted.offset, &mut line);
+    line.settings(render);
+    let background = Some(render.background).filter(|background| *background != Background::default());
+    line.flag("--background", background.map(|background| background.name().to_owned()));
+    line.flag("--section", render.section.map(|plane| plane.in_file(state.wanted.offset)));
     let Selection { hidden, isolated, .. } = &state.selection.nodes;
     let hidden: BTreeSet<u32> = hidden.iter().copied().collect();
     let list = || hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(",");
@@ -156,30 +165,7 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
         overlay_flags(state, &mut line);
     }
     line.switch("--keep-triangles", state.selection.nodes.hides_any() && !overlay.hide_triangles);
-    line.switch("--mesh-edges", render.mesh_edges);
-    line.switch("--ground", render.ground);
     line.end(state)
-}
-
-/// The flags of the picture. Those that rarely differ from their defaults are left out where they do not.
-fn picture_flags(render: &RenderSettings, offset: DVec3, line: &mut Line) {
-    line.flag("--shading", render.shading.name().to_owned());
-    line.flag("--samples", render.samples.to_string());
-    line.flag("--color-map", render.color_map.name().to_owned());
-    line.flag("--cluster-depth", (render.shading == Shading::Clusters).then(|| render.cluster_depth.to_string()));
-    line.flag("--section", render.section.map(|plane| plane.in_file(offset)));
-    line.flag("--heat-range", render.heat_range.map(|[low, high]| format!("{low}..{high}")));
-    line.traversal(render.traversal);
-    let named = |differs: bool, name: &str| differs.then(|| name.to_owned());
-    line.flag("--simd", named(render.simd != SimdLevel::best(), render.simd.name()));
-    line.flag("--light", named(render.light == Light::Headlight, render.light.name()));
-    line.flag("--background", named(render.background != Background::Dark, render.background.name()));
-    if let Exposure::Fixed(stops) = render.exposure {
-        line.flag("--exposure", stops.to_string());
-    }
-    line.flag("--normals", named(render.normals != NormalSource::File, render.normals.name()));
-    let crease = render.crease_degrees;
-    line.flag("--crease", (crease != RenderSettings::default().crease_degrees).then(|| crease.to_string()));
 }
 
 /// Whether the overlay draws anything or hides the picture, and its flags are needed.
@@ -189,24 +175,15 @@ fn uses_overlay(state: &AppState) -> bool {
     (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
 }
 
-/// Appends the flags of the overlay.
+/// Appends the flags of the overlay, as it is drawn by pixels.
 fn overlay_flags(state: &AppState, line: &mut Line) {
     let overlay = &state.wanted.overlay;
-    let drawn = state.preferences.show_containers;
-    line.flag("--overlay", state.drawn_kinds().to_string());
-    if drawn {
-        line.flag("--depth", overlay.depth.map(|[first, last]| format!("{first}..{last}")));
-        // A command draws one tree.
-        let color_by = Some(overlay.color_by).filter(|color_by| ColorBy::OF_ONE_TREE.contains(color_by));
-        line.flag("--color-by", color_by.map(|color_by| color_by.name().to_owned()));
-        line.flag("--hidden-lines", overlay.hidden_alpha.to_string());
-        line.flag("--line-width", (overlay.line_width * state.layout.pixels_per_point).to_string());
-        line.flag("--at-most", overlay.budget.map(|budget| budget.to_string()));
+    if state.preferences.show_containers {
+        let line_width = overlay.line_width * state.layout.pixels_per_point;
+        line.settings(&OverlaySettings { line_width, ..overlay.spelt_out(state.container_kind()) });
         line.flag("--select", state.selection.nodes.selected.map(|node| node.to_string()));
+    } else {
+        line.flag("--overlay", "none".to_owned());
     }
-    line.switch("--leaves", overlay.leaves_only && drawn);
-    line.switch("--parents", overlay.parents && drawn);
-    line.switch("--faces", overlay.faces && drawn);
-    line.switch("--overlap", overlay.overlap && state.selection.nodes.selected.is_some());
     line.switch("--no-geometry", !state.preferences.show_geometry);
 }

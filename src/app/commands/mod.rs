@@ -24,4 +24,4 @@ pub use entries::{entries, entries_for, search};
 pub use keyboard::{KeyList, handle_shortcuts, keys};
 pub(crate) use nodes::{go_to, show_finding};
 pub use row::{Category, Entry, shortcut_text};
-pub(in crate::app) use rows::{compare_description, refused_policy, shading_description};
+pub(in crate::app) use rows::{compare_description, refused_policy};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::options::StartOptions;
-use super::storage::SettingsAutosave;
+use super::storage::{Settings, SettingsAutosave};
 use super::{files, storage, system};
 use crate::app::shell::derived_worker::DerivedWorker;
 use crate::app::shell::file_watch::{FileChange, FileWatch, TreeWatch};
@@ -73,7 +73,11 @@ impl App {
     /// Creates the application of a real window.
     pub fn new(context: &eframe::CreationContext<'_>, options: StartOptions) -> std::io::Result<Self> {
         system::watch_interrupts(&context.egui_ctx);
-        let restored = storage::restore(options.settings_file.as_deref());
+        let mut restored = storage::restore(options.settings_file.as_deref());
+        let kept = restored.kept(options.source.as_ref().unwrap_or(&SceneSource::default_builtin()));
+        if let Some(run) = restored.run.take().filter(|_| options.restore) {
+            (restored.wanted, restored.preferences) = (Some(run.wanted), Some(run.preferences));
+        }
         let last_source = || restored.wanted.as_ref().filter(|_| options.restore).map(|wanted| wanted.source.clone());
         let source = options.source.or_else(last_source).unwrap_or_else(SceneSource::default_builtin);
         // The saved camera belongs to the saved model.
@@ -112,7 +116,8 @@ impl App {
             commands::show_state(&mut state, shared);
         }
         let mut app = Self::with_state(context, state)?;
-        app.settings_autosave = SettingsAutosave::new(options.settings_file);
+        let started = Settings { wanted: app.state.wanted.clone(), preferences: app.state.preferences.clone() };
+        app.settings_autosave = SettingsAutosave::new(options.settings_file).without_flags(kept, started);
         app.reconciler.set_load_options(options.load, camera, same_model);
         app.device.inject_faults(options.lose_device, options.refuse_buffer);
         app.throttles_frames = app.state.layout.graphics.is_software;

@@ -5,9 +5,12 @@ use std::sync::Once;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::app::shell::files::{read_text, set_aside};
+use crate::app::state::json::{difference, merge, plain_value};
 use crate::app::state::preferences::{self, Bookmark};
 use crate::app::state::{Preferences, Wanted};
 use crate::export::{Protected, write_bytes};
@@ -24,6 +27,15 @@ pub(crate) const WINDOW_FILE: &str = "window.ron";
 /// Delay after a change before the settings are written, so that further changes are written with it.
 const SAVE_DELAY: Duration = Duration::from_millis(800);
 
+/// Settings and preferences.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Settings {
+    /// The settings of model, tree and picture.
+    pub wanted: Wanted,
+    /// The preferences.
+    pub preferences: Preferences,
+}
+
 /// The settings of the last run; parts that are missing or damaged are `None`.
 #[derive(Default)]
 pub(crate) struct Restored {
@@ -31,6 +43,8 @@ pub(crate) struct Restored {
     pub wanted: Option<Wanted>,
     /// The preferences.
     pub preferences: Option<Preferences>,
+    /// Both with what held for the last run only, where that was anything.
+    pub run: Option<Settings>,
     /// The warning to show where settings were damaged.
     pub warning: Option<String>,
 }
@@ -38,6 +52,14 @@ pub(crate) struct Restored {
 impl Restored {
     const fn is_damaged(&self) -> bool {
         self.wanted.is_none() || self.preferences.is_none()
+    }
+
+    /// Those that were kept, for a run that begins with `source`; defaults for what is missing.
+    pub(crate) fn kept(&self, source: &SceneSource) -> Settings {
+        Settings {
+            wanted: self.wanted.clone().unwrap_or_else(|| Wanted::new(source.clone())),
+            preferences: self.preferences.clone().unwrap_or_default(),
+        }
     }
 }
 
@@ -59,6 +81,8 @@ pub(crate) fn restore(file: Option<&Path>) -> Restored {
 #[derive(Default)]
 pub(crate) struct SettingsAutosave {
     file: Option<PathBuf>,
+    /// The settings before and after the flags of this run.
+    start: Option<[Settings; 2]>,
     /// The settings last written.
     saved: Option<(Wanted, Preferences)>,
     /// When a change is to be written.
@@ -70,6 +94,30 @@ impl SettingsAutosave {
     /// Saves settings in `file`; `None` saves none.
     pub(crate) fn new(file: Option<PathBuf>) -> Self {
         Self { file, ..Self::default() }
+    }
+
+    /// Saves settings without what the flags of this run have made of the `kept` ones: `started`.
+    pub(crate) fn without_flags(self, kept: Settings, started: Settings) -> Self {
+        Self { start: Some([kept, started]), ..self }
+    }
+
+    /// The settings of the next run: those of `now` that are no longer as this run started, and of the others those that were kept.
+    fn kept(&self, now: &Settings) -> Settings {
+        let Some([kept, started]) = &self.start else { return now.clone() };
+        let [before, at_start, wanted] = [kept, started, now].map(|settings| &settings.wanted);
+        let build = changed(&before.build, &at_start.build, &wanted.build);
+        Settings {
+            wanted: Wanted {
+                // A builder and a container from two runs may exclude each other.
+                build: if build.refusal(0).is_some() { wanted.build } else { build },
+                threads: changed(&before.threads, &at_start.threads, &wanted.threads),
+                render: changed(&before.render, &at_start.render, &wanted.render),
+                overlay: changed(&before.overlay, &at_start.overlay, &wanted.overlay),
+                second: changed(&before.second, &at_start.second, &wanted.second),
+                ..wanted.clone()
+            },
+            preferences: changed(&kept.preferences, &started.preferences, &now.preferences),
+        }
     }
 
     /// Writes the settings on a thread of its own once a change is due, unless their file is one of those that were `read`.
@@ -128,7 +176,10 @@ impl SettingsAutosave {
     ) -> Option<impl FnOnce() + Send + use<>> {
         let file = self.file.clone().filter(|_| !self.has_saved(wanted, preferences))?;
         self.saved = Some((wanted.clone(), preferences.clone()));
-        let text = serde_json::to_string(&SavedSettings { wanted, preferences });
+        let now = Settings { wanted: wanted.clone(), preferences: preferences.clone() };
+        let kept = self.kept(&now);
+        let run = Some(now).filter(|now| *now != kept);
+        let text = serde_json::to_string(&SavedSettings { kept, run });
         let mut protected = Protected::default();
         protected.add_read(read);
         Some(move || {
@@ -155,25 +206,42 @@ pub fn saved_bookmark(name: &str, source: &SceneSource) -> Result<Bookmark, Vec<
 }
 
 #[derive(Serialize)]
-struct SavedSettings<'a> {
-    wanted: &'a Wanted,
-    preferences: &'a Preferences,
+struct SavedSettings {
+    #[serde(flatten)]
+    kept: Settings,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    run: Option<Settings>,
+}
+
+/// `kept` with the changes from `started` to `now`.
+fn changed<T: Serialize + DeserializeOwned + Clone>(kept: &T, started: &T, now: &T) -> T {
+    let mut value = plain_value(kept);
+    if let Some(changes) = difference(&plain_value(started), plain_value(now)) {
+        merge(&mut value, changes);
+    }
+    serde_json::from_value(value).unwrap_or_else(|_| now.clone())
 }
 
 fn parse(text: &str) -> Restored {
     // Values first, so that damage to one part leaves the other usable.
     #[derive(Deserialize)]
     struct Parts {
-        wanted: serde_json::Value,
-        preferences: serde_json::Value,
+        wanted: Value,
+        preferences: Value,
+        #[serde(default)]
+        run: Value,
     }
     let Ok(parts) = serde_json::from_str::<Parts>(text) else { return Restored::default() };
-    let wanted = serde_json::from_value::<Wanted>(parts.wanted).ok().map(Wanted::within_limits);
-    let preferences = serde_json::from_value::<Preferences>(parts.preferences).ok().map(|mut preferences| {
+    let limited = |mut preferences: Preferences| {
         preferences.paper.limit();
         preferences
-    });
-    Restored { wanted, preferences, warning: None }
+    };
+    let wanted = serde_json::from_value(parts.wanted).ok().map(Wanted::within_limits);
+    let preferences = serde_json::from_value(parts.preferences).ok().map(limited);
+    let run = serde_json::from_value::<Settings>(parts.run)
+        .ok()
+        .map(|run| Settings { wanted: run.wanted.within_limits(), preferences: limited(run.preferences) });
+    Restored { wanted, preferences, run, warning: None }
 }
 
 /// Sets a damaged file aside, or whatever else is in its place. Returns the warning to show.
@@ -189,8 +257,8 @@ fn set_damaged_aside(file: &Path) -> String {
 mod tests {
     use super::*;
     use crate::app::state::{Navigation, Theme};
-    use crate::overlay::{ContainerSet, OverlaySettings};
-    use bvhscope_engine::settings::BuildSettings;
+    use crate::overlay::{ColorBy, ContainerSet, OverlaySettings};
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve};
     use bvhscope_engine::tree::ContainerKind;
 
     #[test]
@@ -205,6 +273,49 @@ mod tests {
         assert_eq!(restored.wanted, Some(wanted));
         assert_eq!(restored.preferences, Some(preferences));
         assert_eq!(restored.warning, None);
+    }
+
+    #[test]
+    fn flags_hold_for_one_run_and_changes_by_hand_for_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(SETTINGS_FILE);
+        let mut kept = Restored::default().kept(&SceneSource::default_builtin());
+        kept.wanted.render.samples = 4;
+        kept.wanted.build.container = ContainerKind::Sphere;
+        kept.preferences.show_geometry = false;
+        let mut started = kept.clone();
+        started.wanted.render.samples = 16;
+        started.wanted.overlay =
+            OverlaySettings { leaves_only: true, color_by: ColorBy::Planes, ..kept.wanted.overlay };
+        started.wanted.build = BuildSettings { builder: BuilderKind::BinnedSah, ..BuildSettings::default() };
+        started.preferences.show_geometry = true;
+        let mut now = started.clone();
+        now.wanted.overlay.color_by = ColorBy::Size;
+        now.wanted.overlay.line_width = 3.0;
+        now.wanted.build.curve = Curve::Hilbert;
+        now.wanted.camera.eye.x = 7.0;
+        SettingsAutosave::new(Some(file.clone())).without_flags(kept.clone(), started.clone()).finish(
+            &now.wanted,
+            &now.preferences,
+            &[],
+        );
+        let restored = restore(Some(&file));
+        let mut expected = kept.clone();
+        expected.wanted.overlay.color_by = ColorBy::Size;
+        expected.wanted.overlay.line_width = 3.0;
+        expected.wanted.build.curve = Curve::Hilbert;
+        expected.wanted.camera.eye.x = 7.0;
+        assert_eq!(restored.kept(&SceneSource::default_builtin()), expected);
+        assert_eq!(restored.run, Some(now.clone()), "to go on with after the graphics driver was lost");
+        // A builder chosen by hand that makes no trees of the container that was kept.
+        started.wanted.build = BuildSettings::default();
+        now.wanted.build = BuildSettings { builder: BuilderKind::BinnedSah, ..started.wanted.build };
+        SettingsAutosave::new(Some(file.clone())).without_flags(kept, started).finish(
+            &now.wanted,
+            &now.preferences,
+            &[],
+        );
+        assert_eq!(restore(Some(&file)).wanted.unwrap().build, now.wanted.build);
     }
 
     #[test]

@@ -8,7 +8,7 @@ mod activity;
 pub mod comparison;
 pub mod curve;
 pub mod derived;
-mod json;
+pub(in crate::app) mod json;
 mod layout;
 pub mod lesson;
 mod model;

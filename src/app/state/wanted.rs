@@ -83,10 +83,8 @@ impl Wanted {
             self.follow.frames = Follow::default().frames;
         }
         self.threads = self.threads.min(1024);
-        self.render.samples = self.render.samples.clamp(1, 1024);
-        self.overlay.budget = self.overlay.budget.map(|budget| budget.clamp(1, 1_000_000));
-        self.overlay.line_width = self.overlay.line_width.clamp(0.25, 16.0);
-        self.overlay.hidden_alpha = self.overlay.hidden_alpha.clamp(0.0, 1.0);
+        settings::limit(&mut self.render);
+        settings::limit(&mut self.overlay);
         self.render.section = self.render.section.filter(SectionPlane::is_usable);
         if !self.offset.is_finite() {
             self.offset = DVec3::ZERO;

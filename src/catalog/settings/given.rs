@@ -1,22 +1,30 @@
 //! Settings that a user names, the rest being left as it is.
 
-use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Preset};
-use bvhscope_engine::tree::ContainerKind;
+use std::marker::PhantomData;
 
-use super::rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS};
-use super::setting::Setting;
+use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
+
+use super::rows::{OPTIMIZE, PRESET};
+use super::setting::{Setting, Settings};
 
 /// Values of some settings, as flags or `NAME=VALUE`.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Given {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Given<T: 'static = BuildSettings> {
     /// Key and value, which has been parsed once.
     values: Vec<(&'static str, String)>,
+    of: PhantomData<T>,
 }
 
-impl Given {
+impl<T> Default for Given<T> {
+    fn default() -> Self {
+        Self { values: Vec::new(), of: PhantomData }
+    }
+}
+
+impl<T: Settings> Given<T> {
     /// Adds a value. Fails where the setting has no such value.
-    pub fn insert(&mut self, setting: &Setting, text: &str) -> Result<(), String> {
-        setting.parse(&mut BuildSettings::default(), text)?;
+    pub fn insert(&mut self, setting: &Setting<T>, text: &str) -> Result<(), String> {
+        setting.parse(&mut T::default(), text)?;
         self.values.push((setting.key, text.to_owned()));
         Ok(())
     }
@@ -27,42 +35,31 @@ impl Given {
     }
 
     /// The value of a setting; `None` where it is not given.
-    pub fn get(&self, setting: &Setting) -> Option<&str> {
+    pub fn get(&self, setting: &Setting<T>) -> Option<&str> {
         self.values.iter().find(|(key, _)| *key == setting.key).map(|(_, text)| text.as_str())
     }
 
-    /// Changes the given settings of `build`. A preset comes first, wherever it is on the command line. Where a given setting is of AAC only and
-    /// no builder is given, AAC is taken; where builder and container exclude each other, the one that is not given is replaced.
-    pub fn apply(&self, build: &mut BuildSettings) {
-        let rest = SETTINGS.into_iter().filter(|row| row.key != PRESET.key);
-        for row in std::iter::once(&PRESET).chain(rest) {
+    /// Changes the given settings, and what does not go with them.
+    pub fn apply(&self, settings: &mut T) {
+        let rest = T::rows().iter().copied().filter(|row| Some(*row) != T::base());
+        for row in T::base().into_iter().chain(rest) {
             if let Some(text) = self.get(row) {
                 // Parsed before, so it cannot fail.
-                let _ = row.parse(build, text);
+                let _ = row.parse(settings, text);
             }
         }
-        let [has_builder, has_container] = [&BUILDER, &CONTAINER].map(|row| self.get(row).is_some());
-        let aac = BuildSettings { builder: BuilderKind::Aac, ..*build };
-        let of_aac = |row: &&Setting| self.get(row).is_some() && !(row.applies)(build) && (row.applies)(&aac);
-        if !has_builder && SETTINGS.into_iter().any(|row| of_aac(&row)) {
-            build.builder = BuilderKind::Aac;
-        }
-        if build.refusal(0).is_some() {
-            match (has_builder, has_container) {
-                (true, false) => build.container = ContainerKind::Aabb,
-                (false, true) => build.builder = BuilderKind::Aac,
-                _ => {}
-            }
-        }
+        settings.settle(self);
     }
 
     /// The default settings with these.
-    pub fn settings(&self) -> BuildSettings {
-        let mut build = BuildSettings::default();
-        self.apply(&mut build);
-        build
+    pub fn settings(&self) -> T {
+        let mut settings = T::default();
+        self.apply(&mut settings);
+        settings
     }
+}
 
+impl Given {
     /// The preset, where nothing else is given.
     pub fn only_preset(&self) -> Option<Preset> {
         let name = self.get(&PRESET).filter(|_| self.values.len() == 1)?;
@@ -80,7 +77,10 @@ impl Given {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a failure here is a failed test")]
 
-    use super::super::{EPSILON, THRESHOLD};
+    use bvhscope_engine::settings::BuilderKind;
+    use bvhscope_engine::tree::ContainerKind;
+
+    use super::super::rows::{BUILDER, CONTAINER, EPSILON, THRESHOLD};
     use super::*;
 
     fn given(values: &[(&Setting, &str)]) -> Given {

@@ -1,7 +1,7 @@
-//! The settings of a builder, one row each. Flags, their checks and help, the SETTINGS of `diff`, copied command lines, sliders,
-//! limits of saved settings and lists of settings follow from the rows.
+//! Settings, one row each: those of a builder here, those of picture and overlay where their structs are. Flags, their checks and help,
+//! the SETTINGS of `diff`, copied command lines, controls, limits of saved settings and lists of settings follow from the rows.
 //!
-//! To add a setting: its field in [`BuildSettings`], its row in `rows`.
+//! To add a setting: its field in the struct, its row in the table beside it.
 
 mod setting;
 
@@ -11,18 +11,23 @@ mod given;
 
 mod stated;
 
+#[cfg(test)]
+mod check;
+
 use bvhscope_engine::settings::{BuildSettings, Pass};
 
+#[cfg(test)]
+pub(crate) use check::{check_rows, each_other_value};
 pub use given::Given;
 pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD};
 pub use rows::{CURVE, EPSILON, ROUNDS};
-pub use setting::{Choice, Number, Setting, Value};
+pub use setting::{Choice, Limits, Number, Setting, Settings, Value, Written};
 pub use stated::{Stated, parameters};
 
-/// The keys and values by which a copied command line makes the same tree.
-pub fn written(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String)> {
-    let rows = SETTINGS.into_iter().filter(|row| (row.is_written)(build));
-    rows.map(|row| (row.key, row.text(build)))
+/// The settings that a copied command line names, with their values.
+pub fn written<T: Settings>(settings: &T) -> impl Iterator<Item = (&'static Setting<T>, String)> {
+    let rows = T::rows().iter().copied().filter(|row| row.is_written(settings));
+    rows.map(|row| (row, row.text(settings)))
 }
 
 /// Name of the preset that has these settings, whatever the containers; `None` if none has.
@@ -51,12 +56,9 @@ pub fn used(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String
 }
 
 /// Clamps the numbers to their ranges.
-pub fn limit(build: &mut BuildSettings) {
-    for row in SETTINGS {
-        if let Value::Number(Number { range: [low, high], get, set, .. }) = &row.value {
-            let within = get(build).clamp(*low, *high);
-            set(build, within);
-        }
+pub fn limit<T: Settings>(settings: &mut T) {
+    for row in T::rows() {
+        row.limit(settings);
     }
 }
 
@@ -91,38 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn each_value_is_read_as_it_is_written() {
-        for row in SETTINGS {
-            for text in row.examples() {
-                let mut build = BuildSettings::default();
-                row.parse(&mut build, &text).unwrap();
-                assert_eq!(row.text(&build), text, "{}", row.key);
-            }
-        }
-    }
-
-    #[test]
-    fn the_help_of_a_flag_names_every_value() {
-        for row in SETTINGS {
-            let help = row.flag_help();
-            let (Value::One { options, .. } | Value::Any { options, .. }) = &row.value else { continue };
-            for choice in options() {
-                let mut words = help.split(|c: char| !(c.is_alphanumeric() || c == '-'));
-                assert!(words.any(|word| word == choice.name), "{help} lacks {}", choice.name);
-            }
-        }
-    }
-
-    #[test]
-    fn values_outside_are_refused_and_limited() {
-        for row in SETTINGS {
-            let mut build = BuildSettings::default();
-            let Value::Number(Number { range: [_, high], set, .. }) = &row.value else { continue };
-            let above = (high + 1.0).to_string();
-            assert!(row.parse(&mut build, &above).unwrap_err().contains(&high.to_string()), "{}", row.key);
-            set(&mut build, high + 1.0);
-            limit(&mut build);
-            assert_eq!(row.text(&build), high.to_string());
-        }
+    fn rows_keep_their_word() {
+        check_rows::<BuildSettings>();
     }
 }

@@ -3,10 +3,41 @@
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use super::setting::{Choice, Number, Setting, Value};
+use super::given::Given;
+use super::setting::{Choice, Limits, Number, Setting, Settings, Value, Written};
 
 /// All settings, in the order in which window and copied command lines have them.
 pub static SETTINGS: [&Setting; 8] = [&BUILDER, &CONTAINER, &PRESET, &THRESHOLD, &EPSILON, &CURVE, &OPTIMIZE, &ROUNDS];
+
+impl Settings for BuildSettings {
+    const HEADING: &'static str = "Tree";
+
+    fn rows() -> &'static [&'static Setting] {
+        &SETTINGS
+    }
+
+    fn base() -> Option<&'static Setting> {
+        Some(&PRESET)
+    }
+
+    /// Where a given setting is of AAC only and no builder is given, AAC is taken; where builder and container exclude each other, the
+    /// one that is not given is replaced.
+    fn settle(&mut self, given: &Given) {
+        let [has_builder, has_container] = [&BUILDER, &CONTAINER].map(|row| given.get(row).is_some());
+        let aac = Self { builder: BuilderKind::Aac, ..*self };
+        let of_aac = |row: &&Setting| given.get(row).is_some() && !(row.applies)(self) && (row.applies)(&aac);
+        if !has_builder && SETTINGS.into_iter().any(|row| of_aac(&row)) {
+            self.builder = BuilderKind::Aac;
+        }
+        if self.refusal(0).is_some() {
+            match (has_builder, has_container) {
+                (true, false) => self.container = ContainerKind::Aabb,
+                (false, true) => self.builder = BuilderKind::Aac,
+                _ => {}
+            }
+        }
+    }
+}
 
 /// The algorithm.
 pub static BUILDER: Setting = Setting {
@@ -16,12 +47,12 @@ pub static BUILDER: Setting = Setting {
     label: "Builder",
     tip: "The algorithm that builds the tree. Compare SAH cost and tests per ray after a change",
     value: Value::One {
-        options: || BuilderKind::ALL.map(|kind| choice(kind.name(), kind.label(), builder_sentence(kind))).into(),
+        options: || BuilderKind::ALL.map(|kind| Choice::new(kind.name(), kind.label(), builder_sentence(kind))).into(),
         get: |build| BuilderKind::ALL.iter().position(|kind| *kind == build.builder),
         set: |build, index| build.builder = BuilderKind::ALL[index],
     },
     applies: |_| true,
-    is_written: |_| true,
+    written: Written::Always,
 };
 
 const fn builder_sentence(kind: BuilderKind) -> &'static str {
@@ -47,12 +78,14 @@ pub static CONTAINER: Setting = Setting {
     label: "Container",
     tip: "Bounding volume of each node. Boxes are tighter than spheres; 14-DOPs fit slanted and thin things, at a higher price of each test",
     value: Value::One {
-        options: || ContainerKind::ALL.map(|kind| choice(kind.name(), kind.label(), container_sentence(kind))).into(),
+        options: || {
+            ContainerKind::ALL.map(|kind| Choice::new(kind.name(), kind.label(), container_sentence(kind))).into()
+        },
         get: |build| ContainerKind::ALL.iter().position(|kind| *kind == build.container),
         set: |build, index| build.container = ContainerKind::ALL[index],
     },
     applies: |_| true,
-    is_written: |_| true,
+    written: Written::Always,
 };
 
 const fn container_sentence(kind: ContainerKind) -> &'static str {
@@ -75,12 +108,14 @@ pub static PRESET: Setting = Setting {
     label: "Preset",
     tip: "AAC with named values of the settings below",
     value: Value::One {
-        options: || Preset::ALL.map(|preset| choice(preset.name(), preset.label(), preset_sentence(preset))).into(),
+        options: || {
+            Preset::ALL.map(|preset| Choice::new(preset.name(), preset.label(), preset_sentence(preset))).into()
+        },
         get: preset_of,
         set: |build, index| *build = BuildSettings::preset(Preset::ALL[index], build.container),
     },
     applies: |_| true,
-    is_written: |_| false,
+    written: Written::If(|_| false),
 };
 
 fn preset_sentence(preset: Preset) -> String {
@@ -115,14 +150,12 @@ pub static THRESHOLD: Setting = Setting {
           6 fast, 12 good ([ and ])",
     value: Value::Number(Number {
         symbol: "δ",
-        range: [BuildSettings::MIN_THRESHOLD as f32, BuildSettings::MAX_THRESHOLD as f32],
-        decimals: 0,
-        logarithmic: true,
+        limits: Limits::whole(BuildSettings::MIN_THRESHOLD, BuildSettings::MAX_THRESHOLD).logarithmic(),
         get: |build| build.threshold as f32,
         set: |build, value| build.threshold = value as u32,
     }),
     applies: is_aac,
-    is_written: |_| true,
+    written: Written::Always,
 };
 
 /// The exponent ε of the reduction function.
@@ -134,14 +167,12 @@ pub static EPSILON: Setting = Setting {
     tip: "How strongly clusters are reduced on the way up. Smaller: more clusters kept, slower build, better tree",
     value: Value::Number(Number {
         symbol: "ε",
-        range: [0.0, BuildSettings::MAX_EPSILON],
-        decimals: 2,
-        logarithmic: false,
+        limits: Limits::decimal(0.0, BuildSettings::MAX_EPSILON, 2),
         get: |build| build.epsilon,
         set: |build, value| build.epsilon = value,
     }),
     applies: is_aac,
-    is_written: |_| true,
+    written: Written::Always,
 };
 
 fn is_aac(build: &BuildSettings) -> bool {
@@ -156,12 +187,12 @@ pub static CURVE: Setting = Setting {
     label: "Curve",
     tip: "Space-filling curve along which triangles are sorted before they are clustered",
     value: Value::One {
-        options: || Curve::ALL.map(|curve| choice(curve.name(), curve.label(), curve_sentence(curve))).into(),
+        options: || Curve::ALL.map(|curve| Choice::new(curve.name(), curve.label(), curve_sentence(curve))).into(),
         get: |build| Curve::ALL.iter().position(|curve| *curve == build.curve),
         set: |build, index| build.curve = Curve::ALL[index],
     },
     applies: |build| build.builder.is_aac() || build.builder == BuilderKind::Lbvh,
-    is_written: |build| build.curve != Curve::default(),
+    written: Written::Changed,
 };
 
 const fn curve_sentence(curve: Curve) -> &'static str {
@@ -181,13 +212,14 @@ pub static OPTIMIZE: Setting = Setting {
     label: "Optimize",
     tip: "Passes before and after the builder that improve the tree. Each takes time",
     value: Value::Any {
-        options: || Pass::ALL.map(|pass| choice(pass.name(), pass.label(), pass_sentence(pass))).into(),
+        options: || Pass::ALL.map(|pass| Choice::new(pass.name(), pass.label(), pass_sentence(pass))).into(),
         get: |build, index| build.optimize.contains(Pass::ALL[index]),
         set: |build, index, on| {
             let pass = Pass::ALL[index];
             build.optimize = if on { build.optimize.with(pass) } else { build.optimize.without(pass) };
         },
         all: Pass::ALL.len() - 1,
+        names: &[],
         refusal: |build, index| {
             let pass = Pass::ALL[index];
             let wanted = BuildSettings { optimize: Passes::NONE.with(pass), ..*build };
@@ -201,7 +233,7 @@ pub static OPTIMIZE: Setting = Setting {
         },
     },
     applies: |_| true,
-    is_written: |build| build.passes() != Passes::NONE,
+    written: Written::Changed,
 };
 
 const fn pass_sentence(pass: Pass) -> &'static str {
@@ -233,16 +265,10 @@ pub static ROUNDS: Setting = Setting {
     tip: "Rounds of annealing. More give a better tree in proportionally more time",
     value: Value::Number(Number {
         symbol: "",
-        range: [1.0, BuildSettings::MAX_ROUNDS as f32],
-        decimals: 0,
-        logarithmic: true,
+        limits: Limits::whole(1, BuildSettings::MAX_ROUNDS).logarithmic(),
         get: |build| build.rounds as f32,
         set: |build, value| build.rounds = value as u32,
     }),
     applies: |build| build.annealing_rounds().is_some(),
-    is_written: |build| build.annealing_rounds().is_some(),
+    written: Written::If(|build| build.annealing_rounds().is_some()),
 };
-
-fn choice(name: &'static str, label: &'static str, tip: impl Into<String>) -> Choice {
-    Choice { name, label, tip: tip.into() }
-}

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::picture::CameraArgs;
+use super::setting_flags::{RangeFlags, ShapeFlags};
 use super::shared::StrictLoadArgs;
-use super::tree_flags::{RangeFlags, ShapeFlags};
 use crate::cli::named::{
     self, Containers, Policies, containers, containers_help, help, named, populations, populations_help, simd,
     tree_builder, tree_builder_help,
@@ -79,10 +79,10 @@ pub struct TreesFromFilesArgs {
 /// Build flags of the commands that measure one tree: bench, scaling and animate.
 #[derive(Debug, Args)]
 pub struct OneTreeArgs {
-    #[arg(long, value_name = "NAME", value_parser = tree_builder,
+    #[arg(long, value_name = "NAME", help_heading = "Tree", value_parser = tree_builder,
           help = tree_builder_help("The algorithm: ", " [default: aac]"))]
     pub builder: Option<BuilderKind>,
-    #[arg(long, value_name = "KIND", value_parser = containers,
+    #[arg(long, value_name = "KIND", help_heading = "Tree", value_parser = containers,
           help = containers_help("What the tree is made of: ", " [default: both for bench, else box]"))]
     pub container: Option<Containers>,
     #[command(flatten)]

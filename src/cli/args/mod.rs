@@ -3,8 +3,8 @@
 mod measure;
 mod picture;
 mod ray;
+mod setting_flags;
 mod shared;
-mod tree_flags;
 
 use std::path::PathBuf;
 
@@ -12,10 +12,11 @@ use clap::{Args, Parser, Subcommand};
 
 pub use measure::{
     AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
-    TraceArgs, TreesFromFilesArgs,
+    TraceArgs,
 };
-pub use picture::{CameraArgs, NodeArgs, OverlayArgs, PictureArgs};
+pub use picture::{CameraArgs, NodeArgs};
 pub use ray::RayArgs;
+pub use setting_flags::SettingFlags;
 pub use shared::{BuildArgs, LoadArgs, StrictLoadArgs, TreeFileArgs};
 
 use super::named::{help, named, populations, populations_help, simd};
@@ -25,7 +26,8 @@ use crate::app::SharedState;
 use crate::headless::Times;
 use crate::lab::motion::MAX_FRAMES;
 use crate::lab::population::Populations;
-use crate::render::Background;
+use crate::overlay::OverlaySettings;
+use crate::render::{Background, RenderSettings};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
 use bvhscope_engine::construction::MergeOrder;
@@ -112,9 +114,9 @@ pub struct ViewerArgs {
     #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub picture: SettingFlags<RenderSettings>,
     #[command(flatten)]
-    pub overlay: OverlayArgs,
+    pub overlay: SettingFlags<OverlaySettings>,
     /// Show what another window showed: the text that its Ctrl+L copied
     #[cfg(feature = "gui")]
     #[arg(long, value_name = "LINE", value_parser = values::shared_state, conflicts_with = "model")]
@@ -223,9 +225,9 @@ pub struct RenderArgs {
           conflicts_with_all = ["camera", "eye", "target", "up", "fov", "orthographic"])]
     pub bookmark: Option<String>,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub picture: SettingFlags<RenderSettings>,
     #[command(flatten)]
-    pub overlay: OverlayArgs,
+    pub overlay: SettingFlags<OverlaySettings>,
     #[command(flatten)]
     pub nodes: NodeArgs,
     #[command(flatten)]
@@ -339,5 +341,5 @@ pub struct MergesArgs {
     #[command(flatten)]
     pub around: AroundArgs,
     #[command(flatten)]
-    pub picture: PictureArgs,
+    pub picture: SettingFlags<RenderSettings>,
 }

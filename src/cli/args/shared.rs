@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::tree_flags::TreeFlags;
+use super::setting_flags::SettingFlags;
 use crate::budget::MemoryLimit;
 use crate::catalog::settings::{OPTIMIZE, SETTINGS};
 use crate::cli::values;
+use bvhscope_engine::settings::BuildSettings;
 
 /// The tree of a file in place of one that is built.
 #[derive(Debug, Args)]
@@ -53,7 +54,7 @@ pub struct StrictLoadArgs {
 #[command(next_help_heading = "Tree")]
 pub struct BuildArgs {
     #[command(flatten)]
-    pub settings: TreeFlags,
+    pub settings: SettingFlags<BuildSettings>,
     /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,

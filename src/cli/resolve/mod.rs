@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 use parts::{overlay, picture};
 
-use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
-use super::args::{OverlayArgs, PictureArgs, ViewerArgs};
+use super::args::ViewerArgs;
+use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
 use crate::accel::Follow;
 #[cfg(feature = "gui")]
-use crate::app::{CliOverrides, SettingsUse, StartOptions};
+use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
@@ -43,7 +43,12 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
         source: args.model,
         tree_file: args.tree.tree.map(|path| std::path::absolute(&path).unwrap_or(path)),
         shared: args.state.map(|state| *state),
-        overrides: overrides(&args.build, &args.picture, &args.overlay),
+        overrides: Overrides {
+            build: args.build.settings.0,
+            threads: args.build.threads,
+            render: args.picture.0,
+            overlay: args.overlay.0,
+        },
         camera: (camera != CameraChoice::default()).then_some(camera),
         load: load(&args.load),
         lessons: args.lessons,
@@ -70,7 +75,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         camera,
-        settings: RenderSettings { background: args.around.background.unwrap_or_default(), ..picture(&args.picture) },
+        settings: picture(&args.picture, &args.around),
         overlay: overlay(&args.overlay),
         section: args.section,
         hide_triangles: !args.nodes.keep_triangles,
@@ -116,7 +121,7 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
         camera: camera(&args.camera, NamedView::Default),
-        settings: RenderSettings { background: args.around.background.unwrap_or_default(), ..picture(&args.picture) },
+        settings: picture(&args.picture, &args.around),
         overlay: OverlaySettings { budget: Some(args.at_most), ..OverlaySettings::default() },
         order: args.order,
         frames: args.frames,
@@ -192,36 +197,6 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
         method: if args.wide { RayMethod::Wide } else { RayMethod::Binary(args.traversal) },
         json: args.json,
     })
-}
-
-/// The flags that were given; the viewer applies them to the settings of its last run.
-#[cfg(feature = "gui")]
-fn overrides(build: &BuildArgs, picture: &PictureArgs, overlay: &OverlayArgs) -> CliOverrides {
-    CliOverrides {
-        build: build.settings.0.clone(),
-        threads: build.threads,
-        shading: picture.shading,
-        light: picture.light,
-        exposure: picture.exposure,
-        normals: picture.normals,
-        crease_degrees: picture.crease,
-        cluster_depth: picture.cluster_depth,
-        traversal: picture.traversal,
-        heat_range: picture.heat_range,
-        color_map: picture.color_map,
-        mesh_edges: picture.mesh_edges.then_some(true),
-        ground: picture.ground.then_some(true),
-        simd: picture.simd,
-        samples: picture.samples,
-        containers_shown: overlay.overlay,
-        depth: overlay.depth,
-        leaves_only: overlay.leaves.then_some(true),
-        parents: overlay.parents.then_some(true),
-        color_by: overlay.color_by,
-        hidden_alpha: overlay.hidden_lines,
-        line_width: overlay.line_width,
-        budget: overlay.at_most,
-    }
 }
 
 #[cfg(all(test, feature = "gui"))]

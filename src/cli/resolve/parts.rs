@@ -1,9 +1,10 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
 use crate::catalog::settings::{Given, OPTIMIZE};
-use crate::cli::args::{CameraArgs, LoadArgs, OverlayArgs, PictureArgs};
+use crate::cli::args::{AroundArgs, CameraArgs, LoadArgs, SettingFlags};
 use crate::cli::values::ViewArg;
 use crate::overlay::OverlaySettings;
+use crate::overlay::rows::CONTAINERS;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;
 use crate::view::{CameraChoice, NamedView};
@@ -63,43 +64,12 @@ pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
     }
 }
 
-pub(super) fn picture(args: &PictureArgs) -> RenderSettings {
-    let base = RenderSettings::default();
-    RenderSettings {
-        shading: args.shading.unwrap_or(base.shading),
-        light: args.light.unwrap_or(base.light),
-        exposure: args.exposure.unwrap_or(base.exposure),
-        normals: args.normals.unwrap_or(base.normals),
-        crease_degrees: args.crease.unwrap_or(base.crease_degrees),
-        cluster_depth: args.cluster_depth.unwrap_or(base.cluster_depth),
-        traversal: args.traversal.unwrap_or(base.traversal),
-        heat_range: args.heat_range.or(base.heat_range),
-        color_map: args.color_map.unwrap_or(base.color_map),
-        background: base.background,
-        mesh_edges: args.mesh_edges,
-        section: base.section,
-        ground: args.ground,
-        simd: args.simd.unwrap_or(base.simd),
-        samples: args.samples.unwrap_or(base.samples),
-    }
+/// The picture's settings.
+pub(super) fn picture(flags: &SettingFlags<RenderSettings>, around: &AroundArgs) -> RenderSettings {
+    RenderSettings { background: around.background.unwrap_or_default(), ..flags.0.settings() }
 }
 
-/// The overlay settings; `None` without `--overlay`.
-pub(super) fn overlay(args: &OverlayArgs) -> Option<OverlaySettings> {
-    let kinds = args.overlay?;
-    let base = OverlaySettings::default();
-    let shown = OverlaySettings {
-        depth: args.depth.or(base.depth),
-        leaves_only: args.leaves,
-        parents: args.parents,
-        color_by: args.color_by.unwrap_or(base.color_by),
-        hidden_alpha: args.hidden_lines.unwrap_or(base.hidden_alpha),
-        line_width: args.line_width.unwrap_or(base.line_width),
-        hide_triangles: true,
-        faces: args.faces,
-        overlap: args.overlap,
-        budget: args.at_most.or(base.budget),
-        ..base
-    };
-    Some(shown.with_kinds(kinds))
+/// The overlay's settings; `None` without `--overlay`.
+pub(super) fn overlay(flags: &SettingFlags<OverlaySettings>) -> Option<OverlaySettings> {
+    flags.0.get(&CONTAINERS).map(|_| flags.0.settings())
 }

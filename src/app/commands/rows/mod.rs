@@ -9,7 +9,6 @@ mod picture;
 mod tree;
 mod view;
 
-pub(in crate::app) use picture::shading_description;
 pub(in crate::app) use tree::compare_description;
 pub(in crate::app) use view::refused_policy;
 

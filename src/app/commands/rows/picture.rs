@@ -8,7 +8,8 @@ use crate::app::commands::camera;
 use crate::app::commands::row::{ALT, Item, NONE, Row, SHIFT, flip, item, many, one};
 use crate::app::state::AppState;
 use crate::app::state::action::{Action, SectionStep};
-use crate::render::{Exposure, HeatKind, Shading};
+use crate::render::rows::shading_sentence;
+use crate::render::{Exposure, Shading};
 
 pub(super) const ROWS: &[Row] = &[
     one(Action::ToggleContainers, "Containers", "Draw containers over the picture", &[(NONE, Key::B)], |state, _| {
@@ -100,7 +101,7 @@ fn shadings() -> Vec<Item> {
             let label = format!("Shading: {}", shading.label());
             // Modes beyond the ninth have no key.
             let key = digits.get(index).map(|&key| (ALT, key));
-            Item { key, ..item(Action::Shade(shading), label, shading_description(shading)) }
+            Item { key, ..item(Action::Shade(shading), label, shading_sentence(shading)) }
         })
         .collect()
 }
@@ -122,29 +123,6 @@ fn traversals() -> Vec<Item> {
         item(Action::Traversal(traversal), format!("Traversal: {}", traversal.name()), tip)
     };
     Traversal::ALL.map(of).into()
-}
-
-/// Description of a shading mode.
-pub(in crate::app) fn shading_description(shading: Shading) -> &'static str {
-    match shading {
-        Shading::Lit => "Light, materials and textures",
-        Shading::Normals => "The direction of the surface as a colour",
-        Shading::Depth => "Distance along the view direction",
-        Shading::AmbientOcclusion => "How open the surface is to its surroundings",
-        Shading::Clusters => "Each surface in the colour of the container, at the cluster depth, that holds it",
-        Shading::Heat(HeatKind::Both) => "Container and triangle tests that each pixel cost",
-        Shading::Heat(HeatKind::Containers) => "Container tests that each pixel cost",
-        Shading::Heat(HeatKind::Primitives) => "Triangle tests that each pixel cost",
-        Shading::Heat(HeatKind::Steps) => {
-            "Nodes and blocks of the eight-wide tree, which makes the pictures, that each pixel cost"
-        }
-        Shading::Heat(HeatKind::Lines) => {
-            "Cache lines of 64 bytes that the ray of each pixel reads of the eight-wide tree, nodes and triangles, each once"
-        }
-        Shading::Heat(HeatKind::WholeRay) => {
-            "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
-        }
-    }
 }
 
 fn is_lit(state: &AppState, _: usize) -> bool {

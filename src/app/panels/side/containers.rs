@@ -2,12 +2,18 @@
 
 use egui::{self, Label, RichText, Ui};
 
+use crate::app::panels::side::control::{control, member, optional, switch};
 use crate::app::state::curve::CurveState;
 use crate::app::state::{AppState, before_passes};
-use crate::app::widgets::{DropDown, Header, SliderSpec, check, more, row, section, slider};
+use crate::app::widgets::{Header, SliderSpec, check, more, row, section, slider};
 use crate::app::{format, theme};
+use crate::catalog::settings::{Setting, Settings as _};
+use crate::overlay::rows::{COLOR_BY, CONTAINERS, DEPTH, FACES, LEAVES, OVERLAP, PARENTS};
 use crate::overlay::{ColorBy, OverlaySettings};
 use bvhscope_engine::tree::ContainerKind;
+
+/// Settings that have a place of their own; all others are listed among those that are folded away.
+static ABOVE: [&Setting<OverlaySettings>; 7] = [&CONTAINERS, &DEPTH, &LEAVES, &PARENTS, &FACES, &OVERLAP, &COLOR_BY];
 
 /// Shows the section.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
@@ -15,36 +21,20 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let reset = section(ui, "CONTAINERS", header, |ui| {
         kinds(ui, state);
         let overlay = &mut state.wanted.overlay;
-        row(ui, "Of these", "Which nodes of the chosen depths are drawn", |ui| {
+        row(ui, LEAVES.label, "Which nodes of the chosen depths are drawn", |ui| {
             ui.horizontal(|ui| {
-                check(ui, &mut overlay.leaves_only, "Leaves only", "Draw only the leaves within the chosen depths");
-                check(ui, &mut overlay.parents, "Parents", "Also draw all levels above the chosen depths");
+                switch(ui, &LEAVES, overlay);
+                switch(ui, &PARENTS, overlay);
             })
             .response
         });
-        let choices = ColorBy::ALL.map(|choice| {
-            let meaning = match choice {
-                ColorBy::Depth => "Levels below the root: what contains what",
-                ColorBy::Size => "Surface area relative to the root's: how likely a ray hits it",
-                ColorBy::Overlap => {
-                    "Surface that its two children have in common, over its own: rays there must visit both. Of more children, the sum over all pairs"
-                }
-                ColorBy::Primitives => "Number of triangles below it: where the model is dense",
-                ColorBy::Regret => "What rebuilding it would save: where the tree is bad",
-                ColorBy::Growth => {
-                    "Its surface now over that when the tree was built, in trees that are kept or fitted while the model moves"
-                }
-                ColorBy::Planes => "Whether an oriented box is a plain one, turned to fit or skewed: see the pass Orient",
-                ColorBy::Survival => {
-                    "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
-                }
-            };
-            (choice, choice.label(), meaning)
-        });
-        let tip = "What the colour of a container means; the legend has the numbers";
-        DropDown::new("Colour by", &choices).row(ui, tip, &mut overlay.color_by);
+        control(ui, &COLOR_BY, overlay);
         more(ui, "containers", |ui| {
-            line_style(ui, &mut state.wanted.overlay, state.layout.graphics.automatic_budget());
+            let automatic = state.layout.graphics.automatic_budget() as f32;
+            for &row in OverlaySettings::rows().iter().filter(|row| !ABOVE.contains(row)) {
+                control(ui, row, &mut state.wanted.overlay);
+                optional(ui, row, &mut state.wanted.overlay, automatic);
+            }
             curve(ui, state);
         });
         let shown = !state.drawn_kinds().is_empty();
@@ -78,64 +68,35 @@ fn has_no_other(state: &AppState) -> bool {
 
 /// Which kinds of containers are drawn: those of the tree, until one is chosen by hand.
 fn kinds(ui: &mut Ui, state: &mut AppState) {
-    let kind = state.container_kind();
+    let own = state.container_kind();
     let overlay = &mut state.wanted.overlay;
-    row(ui, "Show", "Boxes, spheres and 14-DOPs, whichever the tree is built with (B hides all)", |ui| {
+    row(ui, CONTAINERS.label, CONTAINERS.tip, |ui| {
         ui.vertical(|ui| {
-            let choose = |ui: &mut Ui, overlay: &mut OverlaySettings, drawn, label, tip| {
-                let kinds = overlay.kinds(kind);
-                let mut on = kinds.contains(drawn);
-                if check(ui, &mut on, label, tip) {
-                    *overlay = overlay.with_kinds(if on { kinds.with(drawn) } else { kinds.without(drawn) });
-                }
-            };
+            let mut chosen = overlay.spelt_out(own);
+            let before = chosen.containers;
             ui.horizontal(|ui| {
-                choose(ui, overlay, ContainerKind::Aabb, "Boxes", "Draw the boxes around nodes");
-                choose(ui, overlay, ContainerKind::Sphere, "Spheres", "Draw the spheres around nodes");
+                for kind in [ContainerKind::Aabb, ContainerKind::Sphere] {
+                    member(ui, &CONTAINERS, &mut chosen, kind as usize);
+                }
             });
             // A narrow panel stays as it is where there is one more kind.
             ui.horizontal_wrapped(|ui| {
-                choose(ui, overlay, ContainerKind::Dop14, "14-DOPs", "Draw the 14-DOPs around nodes");
-                if kind == ContainerKind::Oriented || overlay.kinds(kind).contains(ContainerKind::Oriented) {
-                    let tip = "Draw the turned and skewed boxes of a tree after the pass Orient";
-                    choose(ui, overlay, ContainerKind::Oriented, "Oriented", tip);
+                member(ui, &CONTAINERS, &mut chosen, ContainerKind::Dop14 as usize);
+                if own == ContainerKind::Oriented || before.contains(ContainerKind::Oriented) {
+                    member(ui, &CONTAINERS, &mut chosen, ContainerKind::Oriented as usize);
+                }
+                if chosen.containers != before {
+                    *overlay = chosen;
                 }
                 let tip = "Draw what the tree is built of, also after that changes";
                 check(ui, &mut overlay.follows_tree, "As tree", tip);
             });
-            let tip = "Fill the sides that face you, faintly, so that near and far are told apart";
-            check(ui, &mut overlay.faces, "Faces", tip);
-            let tip = "Fill what the children of the selected node have in common, seen through the surface: rays there must visit both. Of spheres the smallest one around it is drawn";
-            check(ui, &mut overlay.overlap, "Overlap of children", tip);
+            for setting in [&FACES, &OVERLAP] {
+                switch(ui, setting, overlay);
+            }
         })
         .response
     });
-}
-
-/// Sliders for hidden lines, line width and the most containers drawn.
-fn line_style(ui: &mut Ui, overlay: &mut OverlaySettings, automatic: u32) {
-    let defaults = OverlaySettings::default();
-    let hidden = "How strong lines behind the surface are. 0 hides them, 1 draws them like those in front";
-    let width = "Width of the lines in points, the same at any zoom";
-    for (value, label, tip, range, default) in [
-        (&mut overlay.hidden_alpha, "Hidden lines", hidden, 0.0..=1.0, defaults.hidden_alpha),
-        (&mut overlay.line_width, "Line width", width, 0.5..=4.0, defaults.line_width),
-    ] {
-        slider(ui, value, &SliderSpec { decimals: 2, ..SliderSpec::new(label, tip, range, default.into()) });
-    }
-    let mut budget = f64::from(overlay.budget.unwrap_or(automatic));
-    let spec = SliderSpec {
-        logarithmic: true,
-        ..SliderSpec::new(
-            "At most",
-            "Containers drawn of each kind; where the depths hold more, the largest on screen are shown. More is slower",
-            100.0..=1_000_000.0,
-            f64::from(automatic),
-        )
-    };
-    if slider(ui, &mut budget, &spec) {
-        overlay.budget = Some(budget as u32).filter(|&budget| budget != automatic);
-    }
 }
 
 /// Shows the rows.

@@ -2,87 +2,42 @@
 
 use egui::{self, Ui};
 
-use crate::app::commands::{Action, SectionStep, shading_description};
+use crate::app::commands::{Action, SectionStep};
+use crate::app::panels::side::control::{choose, control, number_slider};
 use crate::app::panels::side::histogram;
 use crate::app::state::AppState;
-use crate::app::widgets::{DropDown, Header, SliderSpec, Tip as _, row, section, slider};
-use crate::render::{ColorMap, Exposure, Light, NormalSource, RenderSettings, Shading};
-use bvhscope_engine::tree::traverse::Traversal;
+use crate::app::widgets::{Header, SliderSpec, Tip as _, row, section, slider};
+use crate::catalog::settings::{Limits, Settings as _, Value};
+use crate::render::rows::{CLUSTER_DEPTH, EXPOSURE, HEAT_RANGE, LIGHT};
+use crate::render::{Exposure, Light, RenderSettings};
 
-/// Shows the section.
+/// Shows the section: the rows of the settings, some with what belongs to them.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let header = Header { reset: Some("Reset the picture's settings"), ..Header::default() };
     let reset = section(ui, "PICTURE", header, |ui| {
-        let render = &mut state.wanted.render;
-        let shadings = Shading::ALL.map(|shading| (shading, shading.label(), shading_description(shading)));
-        let tip = format!("What the colour of a pixel means (Alt+1 to Alt+{})", shadings.len());
-        DropDown::new("Shading", &shadings).row(ui, &tip, &mut render.shading);
-        let heat = matches!(render.shading, Shading::Heat(_));
-        if render.shading == Shading::Lit {
-            light(ui, state);
-        }
-        if state.wanted.render.shading == Shading::Clusters {
-            if state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel)).is_some() {
-                let tip = "Surfaces have the colours of the clusters that the view Merges shows; close it (F6) to choose a depth";
-                row(ui, "Clusters", tip, |ui| ui.label("those of Merges"));
-            } else {
-                cluster_depth(ui, state);
+        for &row in RenderSettings::rows() {
+            let render = &mut state.wanted.render;
+            if !(row.applies)(render) {
+                continue;
+            }
+            match row.key {
+                key if key == LIGHT.key => light(ui, state),
+                key if key == EXPOSURE.key => exposure(ui, state),
+                key if key == CLUSTER_DEPTH.key => cluster_depth(ui, state),
+                key if key == HEAT_RANGE.key => histogram::show(ui, state),
+                _ => control(ui, row, render),
             }
         }
-        if heat || state.wanted.render.shading == Shading::Depth {
-            scale(ui, &mut state.wanted.render, heat);
-        }
-        if heat {
-            histogram::show(ui, state);
-        }
-        normals(ui, state);
-        let tip = "Draw the edges of triangles that are at least 2 pixels high: how fine the mesh is, and where triangles are long and thin (M)";
-        row(ui, "Mesh", tip, |ui| ui.checkbox(&mut state.wanted.render.mesh_edges, "Edges"));
-        samples(ui, state);
     });
     if reset {
         state.wanted.render = RenderSettings::default();
     }
 }
 
-/// Light, exposure and ground.
+/// The light; that of the file where there is one.
 fn light(ui: &mut Ui, state: &mut AppState) {
     let has_own = state.model.presented.as_ref().is_some_and(|shown| !shown.accel.scene.lights.is_empty());
-    let wanted = state.wanted.render.light;
-    let mut lights = Light::ALL.map(|light| match light {
-        Light::Headlight => (light, "Headlight", "From the camera, without shadows: faster"),
-        Light::Sun => (light, "Sun", "From high above, with shadows"),
-        Light::File => (light, "File", "The lights of the model's file, with shadows; the sun where it has none"),
-    });
-    lights.reverse();
-    let offered = if has_own || wanted == Light::File { &lights[..] } else { &lights[1..] };
-    let tip = "Where the light comes from";
-    DropDown::new("Light", offered).row(ui, tip, &mut state.wanted.render.light);
-    exposure(ui, state);
-    let tip = "Let the model's shadow fall on a ground below it, so that it does not float. The tree and all counts \
-               stay as they are";
-    row(ui, "Ground", tip, |ui| ui.checkbox(&mut state.wanted.render.ground, "Shadow"));
-}
-
-/// The colours of numbers, and how rays visit nodes while tests are counted.
-fn scale(ui: &mut Ui, render: &mut RenderSettings, heat: bool) {
-    if heat {
-        let orders = Traversal::ALL.map(|traversal| match traversal {
-            Traversal::Ordered => (traversal, "Ordered", "Near child first, culled by distance"),
-            Traversal::Paper => (traversal, "Paper", "Unordered and not culled, as printed: many more tests"),
-        });
-        let tip = "How rays visit nodes while tests are counted";
-        DropDown::new("Traversal", &orders).row(ui, tip, &mut render.traversal);
-    }
-    let maps = ColorMap::ALL.map(|map| {
-        let meaning = match map {
-            ColorMap::Viridis => "Violet over green to yellow: even steps, also for the colour-blind",
-            ColorMap::Inferno => "Black over red to pale yellow: even steps, darkest start",
-            ColorMap::Turbo => "Blue over green to red: the most distinguishable colours",
-        };
-        (map, map.label(), meaning)
-    });
-    DropDown::new("Colour map", &maps).row(ui, "Colours from the smallest to the largest value", &mut render.color_map);
+    choose(ui, &LIGHT, &mut state.wanted.render, |light| has_own || light.name != Light::File.name());
 }
 
 /// The exposure: metered, or fixed by the slider.
@@ -95,59 +50,16 @@ fn exposure(ui: &mut Ui, state: &mut AppState) {
     if row(ui, "Exposure", tip, |ui| ui.checkbox(&mut is_auto, "Metered")).changed() {
         *setting = if is_auto { Exposure::Auto } else { Exposure::Fixed(round(metered)) };
     }
-    let mut stops = f64::from(match *setting {
-        Exposure::Auto => metered,
-        Exposure::Fixed(stops) => stops,
-    });
+    let mut stops = if let Exposure::Fixed(stops) = *setting { stops } else { metered };
     // No "-0.0".
     if stops.abs() < 0.05 {
         stops = 0.0;
     }
-    let spec = SliderSpec {
-        decimals: 1,
-        ..SliderSpec::new(
-            "Stops",
-            "Exposure in stops (EV): each doubles the light, 0 shows it as it is. Moving it switches the meter off",
-            -4.0..=4.0,
-            0.0,
-        )
-    };
-    if slider(ui, &mut stops, &spec) {
-        *setting = Exposure::Fixed(stops as f32);
+    if let Value::Optional { limits, .. } = &EXPOSURE.value
+        && number_slider(ui, &EXPOSURE, limits, &mut stops, 0.0)
+    {
+        *setting = Exposure::Fixed(stops);
     }
-}
-
-/// Where normals come from, with the crease angle.
-fn normals(ui: &mut Ui, state: &mut AppState) {
-    let render = &mut state.wanted.render;
-    let uses_normals =
-        matches!(render.shading, Shading::Lit | Shading::Normals | Shading::AmbientOcclusion | Shading::Clusters);
-    if !uses_normals {
-        return;
-    }
-    let sources = NormalSource::ALL.map(|source| {
-        let meaning = match source {
-            NormalSource::File => "The file's, or by crease angle where it has none",
-            NormalSource::Crease => "Triangles that meet at less than the crease angle look like one curved surface",
-            NormalSource::Flat => "Every triangle is flat, as rays meet it",
-        };
-        (source, source.label(), meaning)
-    });
-    DropDown::new("Normals", &sources).row(
-        ui,
-        "What makes surfaces look smooth; the triangles stay as they are",
-        &mut render.normals,
-    );
-    if render.normals != NormalSource::Crease {
-        return;
-    }
-    let spec = SliderSpec::new(
-        "Crease angle",
-        "Degrees between triangles up to which their edge is smooth. Higher: rounder; lower: more sharp edges",
-        0.0..=180.0,
-        f64::from(RenderSettings::default().crease_degrees),
-    );
-    slider(ui, &mut render.crease_degrees, &spec);
 }
 
 /// Hundredths of a stop.
@@ -155,31 +67,21 @@ fn round(stops: f32) -> f32 {
     (stops * 100.0).round() / 100.0
 }
 
+/// The depth within the tree, unless the view Merges shows clusters of its own.
 fn cluster_depth(ui: &mut Ui, state: &mut AppState) {
-    let max_depth = state.model.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
-    let mut value = f64::from(state.wanted.render.cluster_depth.min(max_depth));
-    let spec = SliderSpec::new(
-        "Cluster depth",
-        "The depth of the containers whose colours surfaces take. Deeper: smaller patches",
-        0.0..=f64::from(max_depth),
-        f64::from(RenderSettings::default().cluster_depth.min(max_depth)),
-    );
-    if slider(ui, &mut value, &spec) {
-        state.wanted.render.cluster_depth = value as u32;
+    if state.cluster_cut(state.model.presented.as_ref().map(|shown| &shown.accel)).is_some() {
+        let tip =
+            "Surfaces have the colours of the clusters that the view Merges shows; close it (F6) to choose a depth";
+        row(ui, "Clusters", tip, |ui| ui.label("those of Merges"));
+        return;
     }
-}
-
-fn samples(ui: &mut Ui, state: &mut AppState) {
-    let spec = SliderSpec {
-        logarithmic: true,
-        ..SliderSpec::new(
-            "Samples",
-            "Samples per pixel once the picture is at rest. More: smoother edges and shadows, later",
-            1.0..=256.0,
-            f64::from(RenderSettings::default().samples),
-        )
-    };
-    slider(ui, &mut state.wanted.render.samples, &spec);
+    let max_depth = state.model.presented.as_ref().map_or(32, |shown| shown.accel.tree.max_depth()).max(1);
+    let depth = &mut state.wanted.render.cluster_depth;
+    let mut value = (*depth).min(max_depth) as f32;
+    let default = RenderSettings::default().cluster_depth.min(max_depth) as f32;
+    if number_slider(ui, &CLUSTER_DEPTH, &Limits::whole(0, max_depth), &mut value, default) {
+        *depth = value as u32;
+    }
 }
 
 /// Shows the section.

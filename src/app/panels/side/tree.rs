@@ -6,10 +6,11 @@ use bvhscope_engine::settings::BuildSettings;
 use egui::{Button, Checkbox, Grid, Label, RadioButton, RichText, Ui};
 
 use crate::app::commands::{Action, CompareStep};
+use crate::app::panels::side::control::control;
 use crate::app::state::{AppState, TreeSide};
 use crate::app::widgets::{DropDown, Header, SliderSpec, Tip as _, check, chip, row, section, slider};
 use crate::app::{format, theme};
-use crate::catalog::settings::{Choice, Number, SETTINGS, Setting, Value};
+use crate::catalog::settings::{Choice, SETTINGS, Setting, Value};
 use crate::text::file_name;
 
 /// Index of the present value of a setting.
@@ -101,23 +102,10 @@ fn setting(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
         return;
     }
     match &setting.value {
-        Value::Number(number) => self::number(ui, state, setting, number),
         Value::One { options, get, set } if fit_a_row(&options()) => radio(ui, state, setting, &options(), *get, *set),
         Value::One { options, get, set } => list(ui, state, setting, &options(), *get, *set),
         Value::Any { .. } => checks(ui, state, setting),
-    }
-}
-
-fn number(ui: &mut Ui, state: &mut AppState, setting: &Setting, number: &Number) {
-    let [low, high] = number.range.map(f64::from);
-    let mut value = f64::from((number.get)(state.edited_build()));
-    let spec = SliderSpec {
-        logarithmic: number.logarithmic,
-        decimals: number.decimals,
-        ..SliderSpec::new(setting.label, setting.tip, low..=high, f64::from((number.get)(&BuildSettings::default())))
-    };
-    if slider(ui, &mut value, &spec) {
-        (number.set)(state.edited_build_mut(), value as f32);
+        _ => control(ui, setting, state.edited_build_mut()),
     }
 }
 
