@@ -282,7 +282,7 @@ fn each_kind_is_counted_with_its_first_place() {
         (
             "Texture \"a\" \"spectrum\" \"scale\" \"texture tex\" \"a\" \"rgb scale\" [1 1 1]",
             1,
-            "uses of the texture 'a' without a definition before them left out",
+            "uses of the texture 'a' without a definition left out",
             2,
         ),
         ("Attribute \"shape\" \"float radius\" 2", 1, "statements 'Attribute' not used", 2),

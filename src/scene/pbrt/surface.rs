@@ -118,7 +118,7 @@ impl<'a> Surfaces<'a> {
             Values::Texts(texts) if parameter.kind == "texture" => {
                 let name = texts.first().map_or("", String::as_str);
                 self.textures.get(name).copied().unwrap_or_else(|| {
-                    let kind = ["uses of the texture ", " without a definition before them left out"];
+                    let kind = ["uses of the texture ", " without a definition left out"];
                     assembly.warnings.add_named(kind, name, || parameter.place().clone());
                     None
                 })

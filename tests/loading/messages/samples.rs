@@ -196,6 +196,9 @@ fn pbrt() -> Vec<Sample> {
             "textures of other kinds",
             "Texture \"a\" \"spectrum\" \"marble\"\nTexture \"a\" \"spectrum\" \"imagemap\"\nTexture \"a\" \"spectrum\" \"imagemap\" \"string wrap\" \"black\"",
         ),
+        counted("a texture without a definition", "Material \"diffuse\" \"texture reflectance\" \"a\""),
+        counted("numbers left over", "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 7]"),
+        counted("an axis and an angle that are none", "Rotate 30 0 0 0\nCamera \"perspective\" \"float fov\" 180"),
         counted("copies of nothing", "ObjectInstance \"a\"\nCoordSysTransform \"a\""),
         counted(
             "objects within objects",
