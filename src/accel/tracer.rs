@@ -1,4 +1,4 @@
-//! What answers rays: batches of nearest hits, of shadow rays, and of rays whose work is counted. Pictures and measurements hold a
+//! The tracer: batches of nearest hits, of shadow rays, and of rays whose work is counted. Pictures and measurements hold a
 //! [`Tracer`] and know neither how its trees are made nor what they consist of. It is called once a batch, never once a node.
 
 use fearless_simd::Level;
@@ -11,7 +11,7 @@ use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 
 use super::Accel;
 
-/// What is counted of a ray that looks for the nearest hit.
+/// Work of a ray that looks for the nearest hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Counting {
     /// Nothing: the binary tree is traced for its time.
@@ -29,7 +29,7 @@ pub enum Counting {
 /// A query of rays one by one: behind a hit that does not count a ray is traced again, and the work of that is counted too.
 #[derive(Clone, Copy)]
 pub struct CountedQuery<'a> {
-    /// What is counted.
+    /// The counted work.
     pub counting: Counting,
     /// The order in which the binary tree is visited.
     pub traversal: Traversal,
@@ -58,7 +58,7 @@ pub struct TreeTracer<'a> {
 }
 
 impl Accel {
-    /// What answers rays at a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one.
+    /// The tracer of a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one.
     pub fn tracer(&self, simd: SimdLevel) -> TreeTracer<'_> {
         TreeTracer { accel: self, wide: self.known_wide().map(|wide| &wide.tree), level: simd.level() }
     }

@@ -49,7 +49,7 @@ impl RenderRequest {
         }
     }
 
-    /// What rays see: less than all where there is a section plane or where triangles are hidden.
+    /// The visible part: less than all where there is a section plane or where triangles are hidden.
     pub fn visible(&self) -> Visible<'_> {
         Visible { section: self.settings.section, hidden: self.hidden.as_deref().filter(|hidden| !hidden.is_empty()) }
     }
