@@ -70,9 +70,11 @@ headless:
 	cargo check --no-default-features --features dist,ktx2 --lib --bins --examples
 	cargo check -p bvhscope-engine --no-default-features --lib
 
-# Takes the screenshots in assets/screenshots/sheet and /lab again, with which tests compare the window. Look at all of them.
+# Takes every picture of README.md, docs and assets/screenshots again: those of the window, with which tests compare it, and those by
+# the command `render`, of the models in BVHSCOPE_MODELS. Look at all of them. The figures in assets/paper are made by the commands
+# of docs/paper.md.
 screenshots: deps-test
-	UPDATE_SCREENSHOTS=1 cargo test --test window screenshots
+	UPDATE_SCREENSHOTS=1 cargo test --test window -- screenshots documents
 
 # This engine beside Embree, obvhs and tinybvh. The rows replace older ones of the same machine and flags in docs/performance.jsonl.
 peers: deps-peers

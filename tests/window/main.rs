@@ -10,6 +10,7 @@ mod support;
 mod desktop;
 mod screen;
 
+mod documents;
 mod end_to_end;
 mod exchange;
 mod faults;

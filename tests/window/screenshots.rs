@@ -1,5 +1,5 @@
 //! Screenshots of the real window: the sheet with three models, both themes and four modes of each, and the tour of the laboratory.
-//! `make screenshots` takes them anew.
+//! `make screenshots` takes them again.
 
 use std::path::{Path, PathBuf};
 
@@ -35,11 +35,12 @@ const TOLERANCE: i32 = 28;
 /// Part of the squares that may differ by more.
 const DIFFERENT: f64 = 0.03;
 
-fn folder(name: &str) -> PathBuf {
+/// A folder or file in assets/screenshots.
+pub fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/screenshots").join(name)
 }
 
-fn image_of(screen: &Screenshot) -> RgbImage {
+pub fn image_of(screen: &Screenshot) -> RgbImage {
     let height = screen.pixels.len() / screen.width;
     let bytes = screen.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect();
     RgbImage::from_raw(screen.width as u32, height as u32, bytes).unwrap()
@@ -50,7 +51,7 @@ fn kept(screen: &Screenshot) -> RgbImage {
 }
 
 /// Saves a picture as the smaller of two files: plain areas compress better without filters, gradients with them.
-fn save(image: &RgbImage, file: &Path) {
+pub fn save(image: &RgbImage, file: &Path) {
     let encoded = [RowFilter::NoFilter, RowFilter::Adaptive].map(|filter| {
         let mut bytes = Vec::new();
         let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, filter);
@@ -61,9 +62,14 @@ fn save(image: &RgbImage, file: &Path) {
     std::fs::write(file, encoded.iter().min_by_key(|bytes| bytes.len()).unwrap()).unwrap();
 }
 
+/// True where pictures are taken again instead of compared.
+pub fn is_updating() -> bool {
+    std::env::var_os("UPDATE_SCREENSHOTS").is_some()
+}
+
 /// The difference between a picture and the one kept in `file`, if any. With `UPDATE_SCREENSHOTS` it replaces that one.
 fn complaint(image: &RgbImage, file: &Path) -> Option<String> {
-    if std::env::var_os("UPDATE_SCREENSHOTS").is_some() {
+    if is_updating() {
         save(image, file);
     }
     let expected = image::open(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
@@ -141,7 +147,7 @@ fn the_window_looks_as_the_sheet_shows_it() {
             different.extend(complaint(image, &folder("sheet").join(format!("{name}-{mode}.png"))));
         }
     }
-    assert!(different.is_empty(), "{}\n'make screenshots' takes all anew", different.join("\n"));
+    assert!(different.is_empty(), "{}\n'make screenshots' takes all again", different.join("\n"));
 }
 
 /// Size of the window in the tour of the laboratory, and height of what is kept of it: without the line of speeds.
@@ -190,6 +196,11 @@ fn tour() -> Vec<(&'static str, SharedState)> {
     ]
 }
 
+/// The names of the pictures of the tour.
+pub fn tour_names() -> impl Iterator<Item = &'static str> {
+    tour().into_iter().map(|(name, _)| name)
+}
+
 #[test]
 fn the_laboratory_looks_as_the_tour_shows_it() {
     let mut different = Vec::new();
@@ -211,7 +222,7 @@ fn the_laboratory_looks_as_the_tour_shows_it() {
         let image = crop_imm(&image_of(&screen), 0, 0, TOUR[0], TOUR_KEPT).to_image();
         different.extend(complaint(&image, &folder("lab").join(format!("{name}.png"))));
     }
-    assert!(different.is_empty(), "{}\n'make screenshots' takes all anew", different.join("\n"));
+    assert!(different.is_empty(), "{}\n'make screenshots' takes all again", different.join("\n"));
 }
 
 /// The comparison lets digits pass and nothing else.
