@@ -78,8 +78,8 @@ fn cameras_stand_where_the_file_has_them_and_rows_say_so() {
         let bench = format!("bench {name}.obj --rays primary --repeat 1 --json {flags}");
         let row = json_of(folder.path(), &bench);
         let line = row["command_line"].as_str().unwrap().strip_prefix("bvhscope ").unwrap();
-        assert!(line.contains(&format!("--eye {} --target {}", text(eye), text(target))), "{line}");
-        let again = json_of(folder.path(), &format!("{line} --json"));
+        assert!(line.contains(&format!("--eye '{}' --target '{}'", text(eye), text(target))), "{line}");
+        let again = json_of(folder.path(), &format!("{} --json", line.replace('\'', "")));
         for field in ["eye", "target", "container_tests_per_ray", "populations"] {
             assert_eq!(again[field], row[field], "{line}: {field}");
         }

@@ -69,9 +69,9 @@ impl Film {
             warnings.add("cameras of other kinds shown in perspective", || place.clone());
         }
         let half = parameters.number("halffov").map(|half| half * 2.0);
-        let stated = half.or_else(|| parameters.number("fov"));
-        let known = stated.filter(|fov| *fov > 0.0 && *fov < 180.0);
-        if class != "orthographic" && stated.is_some() && known.is_none() {
+        let is_stated = ["halffov", "fov"].into_iter().any(|name| parameters.get(name).is_some());
+        let known = half.or_else(|| parameters.number("fov")).filter(|fov| *fov > 0.0 && *fov < 180.0);
+        if class != "orthographic" && is_stated && known.is_none() {
             let what = "cameras with a field of view that is not between 0 and 180 degrees shown with 90";
             warnings.add(what, || place.clone());
         }
