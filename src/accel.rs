@@ -8,7 +8,7 @@ mod read;
 mod reading;
 pub mod tracer;
 
-use std::sync::{Arc, Mutex, OnceLock, Weak};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::Duration;
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
@@ -100,7 +100,7 @@ pub struct Accel {
     leaf_triangles: OnceLock<Vec<Triangle>>,
     epo: OnceLock<EndPointOverlap>,
     hash: OnceLock<u64>,
-    whole_builds: OnceLock<WholeBuilds>,
+    at_rest: Mutex<Option<Arc<RestReadings>>>,
     entering: OnceLock<Option<EnteringReading>>,
     ancestry: OnceLock<Ancestry>,
     regrets: OnceLock<Regrets>,
@@ -108,11 +108,28 @@ pub struct Accel {
     recycler: NodeRecycler,
 }
 
+/// Readings of a tree that were taken at rest, in rounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RestReadings {
+    /// Identifies the session: trees of one were measured in turn.
+    pub session: u64,
+    /// Repeated builds; `None` where they cannot be repeated.
+    pub builds: Option<WholeBuilds>,
+    /// Number of primary rays of the measuring view.
+    pub rays: u64,
+    /// Times of tracing them through the wide tree, without shading.
+    pub traces: Times,
+    /// Time of each round in milliseconds.
+    pub trace_rounds: Vec<f64>,
+}
+
 /// Repeated builds of a tree, none of which reused anything.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WholeBuilds {
     /// Times of the builds.
     pub times: Times,
+    /// Time of each round in milliseconds.
+    pub rounds: Vec<f64>,
     /// Name and duration of each stage in the build of median time.
     pub stages: Vec<(&'static str, Duration)>,
 }
@@ -225,7 +242,7 @@ impl Accel {
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
             hash: OnceLock::new(),
-            whole_builds: OnceLock::new(),
+            at_rest: Mutex::default(),
             entering: OnceLock::new(),
             ancestry: OnceLock::new(),
             regrets: OnceLock::new(),
@@ -328,19 +345,24 @@ impl Accel {
         self.hash.get().copied()
     }
 
-    /// Repeated builds with its settings, none of which reused anything; `None` until they were measured.
-    pub fn whole_builds(&self) -> Option<&WholeBuilds> {
-        self.whole_builds.get()
+    /// The newest readings at rest; `None` until they were taken.
+    pub fn at_rest(&self) -> Option<Arc<RestReadings>> {
+        self.at_rest.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Keeps repeated builds with its settings. The first that are measured count.
-    pub fn keep_whole_builds(&self, builds: WholeBuilds) {
-        self.whole_builds.get_or_init(|| builds);
+    /// Keeps readings at rest in place of older ones.
+    pub fn keep_at_rest(&self, readings: RestReadings) {
+        *self.at_rest.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(readings));
+    }
+
+    /// Repeated builds with its settings, none of which reused anything; `None` until they were measured.
+    pub fn whole_builds(&self) -> Option<WholeBuilds> {
+        self.at_rest()?.builds.clone()
     }
 
     /// Name and duration of each stage that ran: of the median of whole builds once they were measured, before that of its own build.
-    pub fn stages(&self) -> &[(&'static str, Duration)] {
-        self.whole_builds().map_or(&self.report.stages.stages, |builds| &builds.stages)
+    pub fn stages(&self) -> Vec<(&'static str, Duration)> {
+        self.whole_builds().map_or_else(|| self.report.stages.stages.clone(), |builds| builds.stages)
     }
 
     /// Names of the stages of [`Accel::stages`] that reused the result of an earlier build instead of running.

@@ -32,12 +32,29 @@ pub const MOTION: [Field; 4] = [
 pub const THREADS: Field = ("threads", "Number of threads for building and tracing");
 
 /// The conditions of the row; in CSV behind the numbers.
-pub const CONDITIONS: [Field; 17] = [
+pub const CONDITIONS: [Field; 19] = [
     ("predicted_scaling", "Of `scaling --predict`: the speed-up predicted for more cores, in the row of one thread"),
     ("traversal", "How rays visit nodes of the binary tree: ordered or paper"),
     ("width_px", "Width of the traced picture in pixels"),
     ("height_px", "Height of the traced picture in pixels"),
-    ("repeat", "Number of repetitions behind each median"),
+    (
+        "repeat",
+        "Number of rounds behind each median: in each, every tree is built or updated and traced once, in the opposite order in each second one",
+    ),
+    (
+        "times",
+        "The value of each round by the name of the median; rows that were measured in turn have those of one round at one place",
+    ),
+    (
+        "verdicts",
+        "How times compare with those of the tree named by against that was measured in turn: of `compare` the preset fast, else the first; \
+         of `animate`, in the rows of the last frame and over all frames, frame_ms with a ray for each pixel against the policy of the least \
+         time and against rebuild. verdict (better, worse, not decided, the same tree, measured once) and interval hold with 99 %: factor is \
+         the median of the ratios of this time over the other's in each of so many rounds (of animate frames), less of which are below 1; by \
+         the sign test, of fewer than 8 rounds by the rank-sum test and beyond a factor of 1.1 alone. Against rebuild also break_even_rays, \
+         the median over the frames of (ready_ms of rebuild − ready_ms) / (ray_ns − ray_ns of rebuild), its break_even_interval (null for \
+         infinity), and pays_from, the frame from which on rebuilding takes less time in each to the end, absent where that is none or fewer than 8 frames are left",
+    ),
     ("eye", "Position of the camera, as x, y and z; the camera is absent where no ray starts from it"),
     ("target", "The point at the centre of the picture"),
     ("up", "The up direction of the picture"),
@@ -207,7 +224,7 @@ pub fn page() -> String {
             (
                 key.to_owned(),
                 number.unit,
-                format!("Smallest and largest `{}`; absent for a single repetition", number.key),
+                format!("Lower and upper quartile of `{}` over the rounds; absent for a single one", number.key),
             )
         });
         [Some(own), spread].into_iter().flatten()

@@ -123,7 +123,7 @@ pub const TESTS_PER_RAY: Term = Term {
 /// Mray/s.
 pub const MRAYS_PER_SECOND: Term = Term {
     name: "Mray/s",
-    text: "Millions of primary rays per second, with the shading of the picture and all threads.",
+    text: "Millions of primary rays per second by all threads: the speed of tracing them through a tree, measured without shading in the view that counts tests.",
     source: "",
 };
 /// EPO.

@@ -1,67 +1,121 @@
-//! Readings of a tree that no window, dock or size moves: whole builds, repeated, and tests of the rays of a fixed view.
+//! Readings of trees that no window, dock, shading or size moves: whole builds and traces of a fixed view, repeated in turn, and the tests of
+//! its rays.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use super::measure::turns;
 use super::measurement::millis;
-use crate::accel::{Accel, WholeBuilds};
+use crate::accel::{Accel, RestReadings, WholeBuilds};
 use crate::camera::Camera;
 use crate::catalog::reading::Times;
-use crate::render::{RenderRequest, RenderSettings, count_tests};
+use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary_wide};
 use crate::scene::Scene;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::stage_times::StageTimes;
 
 /// Width and height of the measuring view in pixels, those of `bench` by default.
 pub const MEASURING_PX: [u32; 2] = [1024; 2];
-/// Builds are repeated at least so often, and for so long.
-const LEAST: (usize, Duration) = (5, Duration::from_millis(200));
-/// No build is begun after this time.
-const MOST: Duration = Duration::from_secs(2);
+/// Rounds at least, of which eight decide, and their time at least.
+const LEAST: (usize, Duration) = (9, Duration::from_millis(200));
+/// No round is begun after this time.
+const MOST: Duration = Duration::from_secs(6);
+/// A build that takes longer is not repeated.
+const LONGEST_BUILD: Duration = Duration::from_secs(2);
 
 /// The camera of the measuring view, that of `bench` by default: it frames the model.
 pub fn measuring_camera(scene: &Scene) -> Camera {
     Camera::framing(&scene.subject, scene.up)
 }
 
-/// Counts the tests of the measuring view and repeats the build of `accel` in the calling thread's rayon pool. Both are kept in it;
-/// what it has already is not measured again.
-pub fn measure_at_rest(accel: &Arc<Accel>, token: &CancelToken) -> Result<(), Cancelled> {
-    if accel.entering().is_none() {
-        let camera = measuring_camera(&accel.scene);
-        let request = RenderRequest::new(accel, camera, RenderSettings::default(), MEASURING_PX);
-        accel.keep_entering(count_tests(&request, &token.part(0, 2))?.of_entering_ray());
+/// Takes the readings of `trees` of one scene, one or two, in the calling thread's rayon pool: the tests of the measuring view, and in turn,
+/// round by round, whole builds and traces of its rays. They are kept in the trees; readings of one session are not taken again.
+pub fn measure_at_rest(trees: &[&Arc<Accel>], token: &CancelToken) -> Result<(), Cancelled> {
+    let parts = trees.len() + 1;
+    for (tree, part) in trees.iter().zip(0..) {
+        if tree.entering().is_none() {
+            tree.keep_entering(count_tests(&measuring_view(tree), &token.part(part, parts))?.of_entering_ray());
+        }
     }
-    if accel.whole_builds().is_none()
-        && let Some(builds) = repeat_build(accel, &token.part(1, 2))?
-    {
-        accel.keep_whole_builds(builds);
+    let sessions: Vec<Option<u64>> = trees.iter().map(|tree| tree.at_rest().map(|readings| readings.session)).collect();
+    if sessions.iter().any(|session| session.is_none() || *session != sessions[0]) {
+        measure_rounds(trees, &token.part(trees.len(), parts))?;
     }
     Ok(())
 }
 
-/// At least 5 whole builds and 0.2 s of them, or as many as begin within 2 s. `None` of a tree from a file or of one that follows a
-/// model, where memory for a second tree is missing, and where a build takes longer than that.
-fn repeat_build(accel: &Arc<Accel>, token: &CancelToken) -> Result<Option<WholeBuilds>, Cancelled> {
-    if accel.file.is_some() || accel.is_followed() || accel.report.build_time > MOST {
-        return Ok(None);
-    }
-    let (start, mut builds) = (Instant::now(), Vec::new());
-    while (builds.len() < LEAST.0 || start.elapsed() < LEAST.1) && start.elapsed() < MOST {
-        match Accel::build_binary(&accel.scene, &accel.settings, token) {
-            Ok(again) => builds.push((again.report.build_time, again.report.stages.stages.clone())),
-            Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
-            Err(BuildError::Refused(_)) => break,
+/// The picture of the measuring view.
+fn measuring_view(accel: &Arc<Accel>) -> RenderRequest {
+    RenderRequest::new(accel, measuring_camera(&accel.scene), RenderSettings::default(), MEASURING_PX)
+}
+
+/// The rounds of a tree so far.
+#[derive(Default)]
+struct Rounds {
+    builds: Vec<StageTimes>,
+    rays: u64,
+    traces_ms: Vec<f64>,
+    /// Its build is not repeated.
+    is_built_once: bool,
+}
+
+/// Measures rounds until there are nine and 0.2 s of them, or as many as begin within 6 s.
+fn measure_rounds(trees: &[&Arc<Accel>], token: &CancelToken) -> Result<(), Cancelled> {
+    static SESSIONS: AtomicU64 = AtomicU64::new(1);
+    let mut measured: Vec<Rounds> = trees.iter().map(|tree| Rounds::new(tree)).collect();
+    let start = Instant::now();
+    let mut round = 0;
+    while round == 0 || ((round < LEAST.0 || start.elapsed() < LEAST.1) && start.elapsed() < MOST) {
+        for tree in turns(round, trees.len()) {
+            measured[tree].measure(trees[tree], token)?;
         }
+        round += 1;
     }
-    if builds.len() < 2 {
-        return Ok(None);
+    let session = SESSIONS.fetch_add(1, Ordering::Relaxed);
+    for (tree, rounds) in trees.iter().zip(measured) {
+        tree.keep_at_rest(rounds.readings(session));
     }
-    let times = Times::of(builds.iter().map(|build| millis(build.0)).collect());
-    builds.sort_by_key(|build| build.0);
+    Ok(())
+}
+
+impl Rounds {
+    /// The build of a tree from a file, of one that follows a model, and a long one, are not repeated.
+    fn new(tree: &Accel) -> Self {
+        let is_built_once = tree.file.is_some() || tree.is_followed() || tree.report.build_time > LONGEST_BUILD;
+        Self { is_built_once, ..Self::default() }
+    }
+
+    /// Builds the tree again, where that is possible, and traces the measuring view.
+    fn measure(&mut self, tree: &Arc<Accel>, token: &CancelToken) -> Result<(), Cancelled> {
+        if !self.is_built_once {
+            match Accel::build_binary(&tree.scene, &tree.settings, token) {
+                Ok(again) => self.builds.push(again.report.stages.clone()),
+                Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
+                // Memory for a second tree is missing.
+                Err(BuildError::Refused(_)) => self.is_built_once = true,
+            }
+        }
+        let trace = trace_primary_wide(&measuring_view(tree), token)?;
+        self.rays = trace.rays;
+        self.traces_ms.push(millis(trace.trace_time));
+        Ok(())
+    }
+
+    fn readings(self, session: u64) -> RestReadings {
+        let Self { builds, rays, traces_ms, is_built_once } = self;
+        let builds = (!is_built_once).then(|| whole_builds(builds));
+        RestReadings { session, builds, rays, traces: Times::of(traces_ms.clone()), trace_rounds: traces_ms }
+    }
+}
+
+fn whole_builds(mut builds: Vec<StageTimes>) -> WholeBuilds {
+    let rounds: Vec<f64> = builds.iter().map(|stages| millis(stages.total())).collect();
+    builds.sort_by_key(StageTimes::total);
     // Stages of one build add up to its time, medians of each stage do not. Of an even number the slower of the two in the middle.
-    let (_, stages) = builds.swap_remove(builds.len() / 2);
-    Ok(Some(WholeBuilds { times, stages }))
+    let stages = builds.swap_remove(builds.len() / 2).stages;
+    WholeBuilds { times: Times::of(rounds.clone()), rounds, stages }
 }
 
 #[cfg(test)]
@@ -81,10 +135,11 @@ mod tests {
             let token = CancelToken::new();
             let accel = Arc::new(Accel::build(&scene, &build, &token).unwrap());
             assert!(accel.whole_builds().is_none() && accel.entering().is_none());
-            measure_at_rest(&accel, &token).unwrap();
-            let WholeBuilds { times, stages } = accel.whole_builds().unwrap();
-            let [least, most] = times.spread.unwrap();
-            assert!(least <= times.ms && times.ms <= most);
+            measure_at_rest(&[&accel], &token).unwrap();
+            let WholeBuilds { times, rounds, stages } = accel.whole_builds().unwrap();
+            let most = rounds.iter().copied().fold(0.0, f64::max);
+            let [least, upper] = times.spread.unwrap();
+            assert!(least <= times.ms && times.ms <= upper && rounds.len() == times.count);
             let whole = millis(stages.iter().map(|stage| stage.1).sum());
             assert!(
                 times.ms - 1e-6 <= whole && whole <= most + 1e-6,
@@ -111,7 +166,27 @@ mod tests {
         let token = CancelToken::new();
         let accel = Arc::new(Accel::build(&teapot(), &BuildSettings::default(), &token).unwrap());
         token.cancel();
-        assert!(measure_at_rest(&accel, &token).is_err());
+        assert!(measure_at_rest(&[&accel], &token).is_err());
         assert!(accel.whole_builds().is_none() && accel.entering().is_none());
+    }
+
+    #[test]
+    fn two_trees_are_measured_in_turn_and_one_session_once() {
+        let (scene, token) = (teapot(), CancelToken::new());
+        let [a, b] = [ContainerKind::Aabb, ContainerKind::Sphere].map(|container| {
+            let build = BuildSettings { container, ..BuildSettings::default() };
+            Arc::new(Accel::build(&scene, &build, &token).unwrap())
+        });
+        measure_at_rest(&[&a], &token).unwrap();
+        let alone = a.at_rest().unwrap();
+        measure_at_rest(&[&a, &b], &token).unwrap();
+        let both = [&a, &b].map(|tree| tree.at_rest().unwrap());
+        assert_ne!(alone.session, both[0].session, "its rounds were not those of the other tree");
+        assert_eq!(both[0].session, both[1].session);
+        assert_eq!(both[0].trace_rounds.len(), both[1].trace_rounds.len());
+        assert!(both.iter().all(|readings| readings.rays == 1024 * 1024 && readings.traces.ms > 0.0));
+        measure_at_rest(&[&a, &b], &token).unwrap();
+        measure_at_rest(&[&a], &token).unwrap();
+        assert!(Arc::ptr_eq(&a.at_rest().unwrap(), &both[0]));
     }
 }

@@ -7,6 +7,7 @@ use super::measurement::{Measurement, pool};
 use super::population::{MeasuredRays, ViewRays};
 use super::setup::{Contender, Setup, Subject, TraceView};
 use super::trial::{First, Trial};
+use super::verdict::add_verdicts;
 use crate::accel::Accel;
 use crate::catalog::reading::WideReading;
 use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary, trace_primary_wide};
@@ -52,7 +53,7 @@ impl<F: FnMut(Measurement)> RowSink for F {
     }
 }
 
-/// Measures `setups` on one scene, interleaved: each is built and traced once, then all again, for `view.repeat` repetitions.
+/// Measures `setups` on one scene, interleaved: each is built and traced once, then all again in the opposite order, for `view.repeat` rounds.
 /// One row per setup, in the order of `setups`, is passed to `rows` at the end. When cancelled, setups with at least one
 /// completed repetition still give a row before the error is returned.
 pub fn measure(
@@ -81,7 +82,9 @@ pub fn measure_contenders(
         let row = |(contender, trial): (&Contender, &Trial)| {
             trial.first.as_ref().map(|first| trial.measurement(command, subject, contender, view, first))
         };
-        contenders.iter().zip(trials).filter_map(row).collect()
+        let mut rows: Vec<Measurement> = contenders.iter().zip(trials).filter_map(row).collect();
+        add_verdicts(&mut rows);
+        rows
     };
     let mut trials: Vec<Trial> = contenders.iter().map(|_| Trial::default()).collect();
     let mut repeated = |trials: &[Trial]| rows.preliminary(measured(trials));
@@ -107,13 +110,19 @@ fn repeat(
         .map_err(LabError::Refused)?;
     let rounds = view.repeat.max(1);
     for round in 0..rounds {
-        for (index, (contender, pool)) in contenders.iter().zip(&pools).enumerate() {
-            let token = token.part(round * contenders.len() + index, rounds * contenders.len());
-            pool.install(|| try_once(subject, contender, view, &token, &mut trials[index]))?;
+        for (turn, index) in turns(round, contenders.len()).enumerate() {
+            let token = token.part(round * contenders.len() + turn, rounds * contenders.len());
+            pools[index].install(|| try_once(subject, &contenders[index], view, &token, &mut trials[index]))?;
             repeated(trials);
         }
     }
     Ok(())
+}
+
+/// The order of `count` trees in a round: theirs, and backwards in each second one, so that none always follows the same other, and a
+/// drift of the machine within a round is none between them.
+pub(super) fn turns(round: usize, count: usize) -> impl Iterator<Item = usize> {
+    (0..count).map(move |turn| if round.is_multiple_of(2) { turn } else { count - 1 - turn })
 }
 
 /// One repetition of one tree. Only one built tree exists at a time, so that the largest scene that can be shown can also be

@@ -9,10 +9,11 @@ use serde_json::Value;
 
 use super::conditions::Conditions;
 use super::population::MeasuredRays;
-use super::quantity::Reading;
 use super::speedup::prediction::ScalingPrediction;
+use super::verdict::{Reading, RowVerdict};
 use crate::catalog::numbers::Number;
-use crate::catalog::numbers::rows::{BUILD_STAGES_MS, TREE_HASH};
+use crate::catalog::numbers::millions_per_second;
+use crate::catalog::numbers::rows::{BUILD_STAGES_MS, MRAYS_PER_S, RAYS, TREE_HASH, WIDE_TRACE_MS};
 use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
 use crate::text::{file_name, quoted};
@@ -60,8 +61,14 @@ pub struct Measurement {
     pub width_px: u32,
     /// Height of the traced picture in pixels.
     pub height_px: u32,
-    /// Number of repetitions behind each median.
+    /// Number of rounds behind each median.
     pub repeat: usize,
+    /// The values of each round by the names of their medians; rows that were measured in turn have those of one round at one place.
+    #[serde(default, rename = "times", skip_serializing_if = "BTreeMap::is_empty")]
+    pub rounds: BTreeMap<String, Vec<f64>>,
+    /// How its times compare with those of another tree that was measured in turn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub verdicts: Vec<RowVerdict>,
     /// Camera, program and machine; absent in rows of versions before 0.3.
     #[serde(flatten)]
     pub conditions: Option<Conditions>,
@@ -99,9 +106,20 @@ impl Measurement {
         self.values.number(number)
     }
 
-    /// A number with the spread of its repetitions.
+    /// A number with its value in each round.
     pub fn reading(&self, number: &Number) -> Reading {
-        Reading { value: self.number(number), spread: self.values.spread(number) }
+        let rounds = if number == MRAYS_PER_S {
+            let rays = self.values.count(RAYS);
+            self.rounds_of(WIDE_TRACE_MS).iter().map(|&ms| millions_per_second(rays, ms)).collect()
+        } else {
+            self.rounds_of(number).to_vec()
+        };
+        Reading { value: self.number(number), rounds }
+    }
+
+    /// The values of a number in each round; none of one that was not repeated.
+    pub fn rounds_of(&self, number: &Number) -> &[f64] {
+        self.rounds.get(number.key).map_or(&[], Vec::as_slice)
     }
 
     /// True if both rows measure the same tree, node for node.

@@ -5,7 +5,6 @@
 
 mod conditions;
 mod measurement;
-mod quantity;
 mod setup;
 mod trial;
 
@@ -44,6 +43,7 @@ pub mod plot;
 pub mod ray;
 pub mod report_table;
 pub mod rows;
+pub mod verdict;
 
 pub use bench::bench;
 pub use compare::{compare, compared_setups};
@@ -51,7 +51,7 @@ pub use conditions::{Conditions, ViewConditions};
 pub use job::Job;
 pub use measure::{LabError, RowSink, measure, measure_contenders};
 pub use measurement::{Measurement, available_threads, file_and_builder, millis, pool};
-pub use quantity::{Reading, Verdict, verdict};
 pub use scaling::scaling;
 pub use setup::{Contender, Setup, Subject, TraceView};
 pub use sweep::{SweepPlan, SweepPoint, sweep};
+pub use verdict::{Reading, Verdict};

@@ -142,6 +142,9 @@ mod tests {
                 "target" => "4.25 5.25 6.25".to_owned(),
                 "up" => "0.0 0.0 1.0".to_owned(),
                 "leaf_size" => "1.0 2.5 7.0".to_owned(),
+                "times" => "build_ms=16.0 17.0 20.0 23.0 24.0 trace_ms=61.0 50.0 47.0 46.0 62.0 wide_trace_ms=4.5 4.25 4.125 4.75 5.0".to_owned(),
+                "verdicts" => "against=hq, box break_even_interval=128000.0 break_even_rays=257000.0 factor=1.375 interval=1.125 1.75 less=0 \
+                               number=wide_trace_ms pays_from=11 rounds=9 verdict=worse".to_owned(),
                 "optimize" => "collapse".to_owned(),
                 "build_stages_ms" => "sort=2.5 tree=13.5".to_owned(),
                 "ao_cost" => "1.25".to_owned(),

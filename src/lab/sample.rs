@@ -1,13 +1,16 @@
 //! A made row for tests of everything that is calculated from rows: each number is another, so that no column passes for
 //! another.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use super::conditions::{Conditions, ViewConditions};
 use super::measurement::{FrameOfClip, Measurement};
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
-use crate::catalog::numbers::rows::{BEHIND_MS, POPULATION_TESTS_PER_RAY, RAY_NS, UPDATE_MS};
+use super::verdict::{RowVerdict, Word};
+use crate::catalog::numbers::rows::{BEHIND_MS, POPULATION_TESTS_PER_RAY, PREPARATION_MS, RAY_NS, UPDATE_MS};
 use crate::catalog::settings::{CURVE, EPSILON, OPTIMIZE, ROUNDS, Stated, THRESHOLD};
 use crate::catalog::values::Values;
 use bvhscope_engine::follow::Policy;
@@ -30,6 +33,19 @@ pub(super) fn sample() -> Measurement {
         width_px: 101,
         height_px: 103,
         repeat: 5,
+        rounds: rounds(),
+        verdicts: vec![RowVerdict {
+            number: "wide_trace_ms".to_owned(),
+            against: "hq, box".to_owned(),
+            verdict: Word::Worse,
+            factor: Some(1.375),
+            interval: Some([1.125, 1.75]),
+            rounds: Some(9),
+            less: Some(0),
+            pays_from: Some(11),
+            break_even_rays: Some(257_000.0),
+            break_even_interval: Some([Some(128_000.0), None]),
+        }],
         values: values(),
         predicted_scaling: Some(prediction()),
         conditions: Some(Conditions {
@@ -59,6 +75,16 @@ pub(super) fn sample() -> Measurement {
         }],
         warnings: vec!["2 faces skipped".to_owned(), "1 texture missing".to_owned()],
     }
+}
+
+/// In each of five rounds, whose quartiles are those of the spreads.
+fn rounds() -> BTreeMap<String, Vec<f64>> {
+    let of = |key: &str, rounds: [f64; 5]| (key.to_owned(), rounds.to_vec());
+    BTreeMap::from([
+        of("build_ms", [16.0, 17.0, 20.0, 23.0, 24.0]),
+        of("trace_ms", [61.0, 50.0, 47.0, 46.0, 62.0]),
+        of("wide_trace_ms", [4.5, 4.25, 4.125, 4.75, 5.0]),
+    ])
 }
 
 /// Every setting has another value than its default.
@@ -119,7 +145,13 @@ fn values() -> Values {
     });
     values.as_object_mut().unwrap().extend(memory_and_wide_tree.as_object().unwrap().clone());
     let mut values: Values = serde_json::from_value(values).unwrap();
-    for (number, value) in [(UPDATE_MS, 0.75), (BEHIND_MS, 6.5), (RAY_NS, 41.25), (POPULATION_TESTS_PER_RAY, 33.5)] {
+    for (number, value) in [
+        (PREPARATION_MS, 19.25),
+        (UPDATE_MS, 0.75),
+        (BEHIND_MS, 6.5),
+        (RAY_NS, 41.25),
+        (POPULATION_TESTS_PER_RAY, 33.5),
+    ] {
         values.set(number, value);
     }
     values.set_spread(RAY_NS, Some([40.5, 43.0]));

@@ -8,6 +8,7 @@ use super::measurement::{Measurement, millis};
 use super::population::MeasuredRays;
 use super::setup::{Contender, Subject, TraceView};
 use crate::accel::Accel;
+use crate::catalog::numbers::rows::{BUILD_MS, READY_MS, TRACE_MS, WIDE_TRACE_MS};
 use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
 use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
@@ -79,6 +80,8 @@ impl Trial {
             width_px: view.size[0],
             height_px: view.size[1],
             repeat: self.builds.len(),
+            rounds: self.rounds(read.is_some()),
+            verdicts: Vec::new(),
             values: Values::of(&self.reading(subject, contender, first)),
             predicted_scaling: None,
             conditions: Some(Conditions::new(subject, contender, view, first.threads)),
@@ -89,6 +92,15 @@ impl Trial {
 }
 
 impl Trial {
+    /// Each time in each round so far; the tree of a file is not built.
+    fn rounds(&self, is_read: bool) -> BTreeMap<String, Vec<f64>> {
+        let builds: Vec<f64> = self.builds.iter().map(|stages| millis(stages.total())).collect();
+        let ready = builds.iter().zip(&self.collapses_ms).map(|(build, collapse)| build + collapse).collect();
+        let built = [(BUILD_MS, builds), (READY_MS, ready)].into_iter().filter(|_| !is_read);
+        let traced = [(TRACE_MS, self.traces_ms.clone()), (WIDE_TRACE_MS, self.wide_traces_ms.clone())];
+        built.chain(traced).map(|(number, rounds)| (number.key.to_owned(), rounds)).collect()
+    }
+
     /// The source of the numbers of the repetitions so far.
     fn reading<'a>(&self, subject: &Subject, contender: &Contender, first: &'a First) -> TreeReading<'a> {
         let read = contender.read.as_deref();
@@ -124,6 +136,7 @@ impl Trial {
                 picture_mrays_per_s: None,
             }),
             entering: tests.of_entering_ray(),
+            at_rest: None,
         }
     }
 }
@@ -172,8 +185,9 @@ mod tests {
     #[test]
     fn medians_of_odd_and_even_counts() {
         let of = |values: &[f64]| times(values.iter().copied());
-        assert_eq!(of(&[3.0, 1.0, 2.0]), Times { ms: 2.0, spread: Some([1.0, 3.0]) });
-        assert_eq!(of(&[4.0, 1.0, 2.0, 3.0]), Times { ms: 2.5, spread: Some([1.0, 4.0]) });
+        let three = Times { ms: 2.0, spread: Some([1.5, 2.5]), count: 3, disturbed: 0 };
+        assert_eq!(of(&[3.0, 1.0, 2.0]), three);
+        assert_eq!(of(&[4.0, 1.0, 2.0, 3.0]), Times { ms: 2.5, spread: Some([1.75, 3.25]), count: 4, ..three });
         assert_eq!((of(&[7.0]), of(&[])), (Times::single(7.0), Times::single(0.0)));
     }
 
@@ -245,14 +259,14 @@ mod tests {
         let values = serde_json::json!({
             // Of 13, 34 and 22.
             "build_ms": 22.0,
-            "build_ms_spread": [13.0, 34.0],
+            "build_ms_spread": [17.5, 28.0],
             // Of 13 + 79, 34 + 71 and 22 + 73.
             "ready_ms": 95.0,
             "build_stages_ms": {"tree": 17.0, "flatten": 3.0},
             // 7 triangles in 22 ms.
             "mtriangles_per_s": 7.0 / 22_000.0,
             "trace_ms": 41.0,
-            "trace_ms_spread": [37.0, 43.0],
+            "trace_ms_spread": [39.0, 42.0],
             "rays": 101,
             "hits": 53,
             // 101 rays in 41 ms.
@@ -284,8 +298,8 @@ mod tests {
             "collapse_ms": 73.0,
             "wide_trace_ms": 23.0,
             "mrays_per_s": 101.0 / 23_000.0,
-            // In 29 and in 19 ms.
-            "mrays_per_s_spread": [101.0 / 29_000.0, 101.0 / 19_000.0],
+            // In 26 and in 21 ms.
+            "mrays_per_s_spread": [101.0 / 26_000.0, 101.0 / 21_000.0],
             "wide_node_bytes": 331,
             "wide_triangle_bytes": 337,
             "wide_bytes_per_triangle": 95.5,
@@ -329,6 +343,13 @@ mod tests {
             width_px: 103,
             height_px: 107,
             repeat: 3,
+            rounds: std::collections::BTreeMap::from([
+                ("build_ms".to_owned(), vec![13.0, 34.0, 22.0]),
+                ("ready_ms".to_owned(), vec![92.0, 105.0, 95.0]),
+                ("trace_ms".to_owned(), vec![43.0, 37.0, 41.0]),
+                ("wide_trace_ms".to_owned(), vec![29.0, 19.0, 23.0]),
+            ]),
+            verdicts: Vec::new(),
             values: expected_values(),
             predicted_scaling: None,
             conditions: Some(Conditions {

@@ -66,7 +66,7 @@ fn the_table_ends_with_findings_and_the_plot_is_drawn() {
         run(&[&WALKER[..], &chosen, &[plot.to_str().unwrap(), "--csv", csv.to_str().unwrap()]].concat());
     assert_eq!(code, 0, "{error}");
     assert!(text.starts_with("walker 2000, aac, box: 5 frames of clip 'jump'"), "{text}");
-    assert!(text.contains("With 1,024 rays a frame, ") && text.contains("Rebuilding "), "{text}");
+    assert!(text.contains("With 1,024 rays a frame and over 5 frames, ") && text.contains("ebuilding "), "{text}");
     assert!(error.contains("box, rebuild, frame 4 (") && error.contains("tests a ray"), "{error}");
     let drawn = std::fs::read_to_string(plot).unwrap();
     for part in ["Refit", "Rebuild", "Update until rays can be traced (ms)", "Time of the clip (s)", "SAH cost"] {

@@ -8,8 +8,8 @@ use crate::panel::{harness, present, sized, state};
 use bvhscope::app::format;
 use bvhscope::app::state::comparison::{Comparison, Counted, Verdict};
 use bvhscope::app::state::{AppState, JobStatus, PickedTriangle};
-use bvhscope::catalog::numbers::Number;
 use bvhscope::catalog::numbers::rows::{MRAYS_PER_S, SAH_COST, TESTS_PER_RAY};
+use bvhscope::catalog::numbers::{Number, millions_per_second};
 use bvhscope::lab::at_rest::measure_at_rest;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
@@ -27,7 +27,7 @@ fn again(s: &mut AppState) {
 
 /// Takes the readings of the shown tree that the window takes at rest.
 fn measure(s: &AppState) {
-    measure_at_rest(&s.model.presented.as_ref().unwrap().accel, &CancelToken::new()).unwrap();
+    measure_at_rest(&[&s.model.presented.as_ref().unwrap().accel], &CancelToken::new()).unwrap();
 }
 
 fn comparison(s: &AppState, quantity: &'static Number) -> Comparison {
@@ -50,7 +50,7 @@ fn differences_to_the_tree_before_say_which_is_better() {
     s.wanted.build = bvhscope_engine::settings::BuildSettings::preset(Preset::Best, container);
     again(&mut s);
     for quantity in [SAH_COST, TESTS_PER_RAY] {
-        let Comparison::Change { before, now, verdict } = comparison(&s, quantity) else {
+        let Comparison::Change { before, now, verdict, .. } = comparison(&s, quantity) else {
             panic!("{quantity:?} compares")
         };
         assert!(now < before && verdict == Verdict::Better, "{quantity:?}: {before} became {now}: {verdict:?}");
@@ -73,7 +73,7 @@ fn another_view_size_or_mode_does_not_compare() {
         s.wanted.build.threshold = 20;
         again(&mut s);
         assert_eq!(comparison(&s, TESTS_PER_RAY), Comparison::OtherView);
-        assert_eq!(comparison(&s, MRAYS_PER_S), Comparison::OtherView);
+        assert_eq!(comparison(&s, MRAYS_PER_S), Comparison::Unknown, "not measured");
         assert!(matches!(comparison(&s, SAH_COST), Comparison::Change { .. }), "costs need no view");
     }
     let mut s = state(Shading::Lit);
@@ -186,6 +186,7 @@ fn the_headline_is_the_same_in_windows_of_three_sizes() {
             node.accesskit_node().value().unwrap_or_default()
         };
         assert!(text(&window, "Tests per ray").starts_with("Tests per ray …"), "not counted yet");
+        assert_eq!(text(&window, "Speed "), "Speed … Mray/s", "not measured yet, whatever the picture took");
         window.state_mut().state.model.derived.at_rest.is_off = false;
         settle(&mut window);
         settle(&mut window);
@@ -196,6 +197,10 @@ fn the_headline_is_the_same_in_windows_of_three_sizes() {
         let (stage, time) = builds.stages[0];
         let shown = text(&window, &format!("Stage {stage}"));
         assert_eq!(shown, format!("Stage {stage} {}", format::duration(time)), "stages of the whole builds");
+        let readings = accel.at_rest().unwrap();
+        let speed = millions_per_second(readings.rays, readings.traces.ms);
+        let shown = text(&window, "Speed ");
+        assert!(shown.starts_with(&format!("Speed {} Mray/s", format::significant(speed))), "{shown}");
         (text(&window, "Tests per ray"), presented(&window).tests_per_ray.unwrap())
     });
     assert_eq!((&shown[0].0, &shown[1].0), (&shown[1].0, &shown[2].0));

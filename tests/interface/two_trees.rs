@@ -169,7 +169,7 @@ fn numbers_of_both_trees_stand_side_by_side() {
     let sah = [&a, &b].map(|shown| shown.accel.report.stats.sah_cost);
     assert!(sah[1] > sah[0], "LBVH is worse: {sah:?}");
     let compared = harness.state().state.model.compare(SAH_COST);
-    let Comparison::Change { before, now, verdict: Verdict::Worse } = compared else { panic!("{compared:?}") };
+    let Comparison::Change { before, now, verdict: Verdict::Worse, .. } = compared else { panic!("{compared:?}") };
     assert_eq!([before, now].map(|cost| cost as f32), sah);
     let spoken = |name: &str| {
         let start = format!("{name} A ");

@@ -49,8 +49,8 @@ const GROWN: GrownParts = GrownParts { growth: 1.2, triangles: 2048 };
 /// 26.6, 209 after 4, 32.9, 26.8, 485 after 8. Four are a choice for models of a million triangles.
 pub const FRAMES_BEHIND: usize = 4;
 
-/// A tree that follows moving triangles.
-#[derive(Debug)]
+/// A tree that follows moving triangles. A clone shares no memory with it, so that its updates cost as much.
+#[derive(Debug, Clone)]
 pub struct Follower {
     policy: Policy,
     settings: BuildSettings,
@@ -226,6 +226,13 @@ impl Follower {
     /// Wall-clock time of everything before the first frame was followed.
     pub fn preparation(&self) -> Duration {
         self.preparation
+    }
+}
+
+impl Clone for Wide {
+    fn clone(&self) -> Self {
+        let before = self.before.as_ref().map(|before| Arc::new(WideBvh::clone(before)));
+        Self { tree: Arc::new(WideBvh::clone(&self.tree)), before, lanes: self.lanes.clone() }
     }
 }
 

@@ -39,7 +39,7 @@ const UNUSED: u32 = u32::MAX;
 /// }
 /// # Ok::<(), bvhscope_engine::BuildError>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct WideRefit {
     /// For each lane of the full nodes, and of the compact ones, the index of the binary node.
     lanes: [Vec<[u32; WIDTH]>; 2],

@@ -136,7 +136,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line(&format!("Build: {stage}"), "reused".to_owned());
     }
     for (stage, time) in shown.accel.stages() {
-        line(&format!("Build: {stage}"), format::duration(*time));
+        line(&format!("Build: {stage}"), format::duration(time));
         if let Some([before, after]) = report.stages.cost_change(stage) {
             let change = format!("{} to {}", format::significant(before), format::significant(after));
             line(&format!("SAH cost: {stage}"), change);

@@ -1,17 +1,15 @@
 //! Comparison of the presented tree with the one before it: which of their numbers compare, and which way is better.
 
-use crate::accel::{Accel, Follow};
+use crate::accel::{Accel, Follow, RestReadings};
 use crate::camera::Camera;
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S};
-use crate::catalog::numbers::{NUMBERS, Number};
+use crate::catalog::numbers::{NUMBERS, Number, millions_per_second};
 use crate::catalog::reading::{TraceReading, TreeReading};
+use crate::lab::Reading;
 pub use crate::lab::Verdict;
-use crate::lab::{Reading, verdict};
+use crate::lab::verdict::{Factor, Order, judge};
 use crate::render::{ColorMap, Frame, RenderSettings};
 use bvhscope_engine::tree::ContainerKind;
-
-/// Maximum number of passes whose speeds are kept.
-const MAX_SPEEDS: usize = 64;
 
 /// How a number differs from that of the tree before.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +31,8 @@ pub enum Comparison {
         now: f64,
         /// Which way it went.
         verdict: Verdict,
+        /// Of times and speeds the factor that decides it.
+        factor: Option<Factor>,
     },
 }
 
@@ -52,15 +52,13 @@ impl Circumstances {
     }
 }
 
-/// Counts and speed of a tree in one view, at full resolution.
+/// Counts of a tree in one view, at full resolution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counted {
     /// `None` where triangles were hidden: counts of such a picture compare with none.
     view: Option<Circumstances>,
     /// Container and triangle tests per primary ray.
     tests_per_ray: [f32; 2],
-    /// Speed of each pass in Mray/s.
-    speeds: Vec<f64>,
 }
 
 impl Counted {
@@ -69,32 +67,7 @@ impl Counted {
     pub fn observe(counted: &mut Option<Self>, frame: &Frame, hides: bool) {
         let Some(tests_per_ray) = frame.stats.tests_per_ray().filter(|_| frame.coarseness == 1.0) else { return };
         let view = (!hides).then(|| Circumstances::of(frame));
-        if counted.as_ref().is_none_or(|counted| counted.view != view) {
-            *counted = Some(Self { view, tests_per_ray, speeds: Vec::new() });
-        }
-        if let Some(counted) = counted {
-            counted.tests_per_ray = tests_per_ray;
-            counted.speeds.truncate(MAX_SPEEDS - 1);
-            counted.speeds.push(frame.mrays_per_s());
-        }
-    }
-
-    /// Median speed of the passes in Mray/s, where they are those of `frame`.
-    pub fn mrays_per_s_of(&self, frame: &Frame) -> Option<f64> {
-        (frame.coarseness == 1.0 && self.view == Some(Circumstances::of(frame))).then(|| self.mrays_per_s())
-    }
-
-    /// Slowest and fastest pass, where there are several.
-    fn spread(&self) -> Option<[f64; 2]> {
-        let least = self.speeds.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self.speeds.iter().copied().fold(0.0, f64::max);
-        (self.speeds.len() > 1).then_some([least, most])
-    }
-
-    fn mrays_per_s(&self) -> f64 {
-        let mut speeds = self.speeds.clone();
-        speeds.sort_by(f64::total_cmp);
-        speeds.get(speeds.len() / 2).copied().unwrap_or(0.0)
+        *counted = Some(Self { view, tests_per_ray });
     }
 }
 
@@ -104,6 +77,8 @@ pub struct TreeNumbers {
     container: ContainerKind,
     /// The numbers by which trees are compared and that are known, by name.
     values: Vec<(&'static str, Reading)>,
+    /// The session in which its times were measured: those of one were measured in turn.
+    session: Option<u64>,
     /// Hash of the tree, once it is known: trees with the same hash are the same, node for node.
     hash: Option<u64>,
     /// Names of the build stages whose results came from an earlier build.
@@ -119,21 +94,20 @@ pub struct TreeNumbers {
 impl TreeNumbers {
     /// The numbers of a tree and of what was counted while it was shown.
     pub fn new(accel: &Accel, counted: Option<&Counted>) -> Self {
-        let trace = counted.map(|counted| TraceReading {
-            tests: Some(counted.tests_per_ray),
-            picture_mrays_per_s: Some(counted.mrays_per_s()),
-            ..TraceReading::default()
-        });
-        let reading = TreeReading { trace, ..accel.reading() };
+        let trace =
+            counted.map(|counted| TraceReading { tests: Some(counted.tests_per_ray), ..TraceReading::default() });
+        // Without a picture there is a speed, too.
+        let reading = TreeReading { trace: trace.or_else(|| Some(TraceReading::default())), ..accel.reading() };
+        let at_rest = accel.at_rest();
         let compared = NUMBERS.iter().filter(|number| number.compared.is_some());
         let value = |number: &Number| {
-            let spread = number.spread.and_then(|(_, spread)| spread(&reading));
-            let spread = if number == MRAYS_PER_S { counted.and_then(Counted::spread) } else { spread };
-            Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, spread }))
+            let rounds = at_rest.as_ref().map_or_else(Vec::new, |readings| rounds(number, readings));
+            Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, rounds }))
         };
         Self {
             container: accel.tree.container_kind(),
             values: compared.filter_map(value).collect(),
+            session: at_rest.as_ref().map(|readings| readings.session),
             hash: accel.known_hash(),
             reused: accel.reused_stages().to_vec(),
             is_whole: accel.whole_builds().is_some(),
@@ -147,8 +121,8 @@ impl TreeNumbers {
         self.reading(number).map(|reading| reading.value)
     }
 
-    fn reading(&self, number: &Number) -> Option<Reading> {
-        self.values.iter().find(|(key, _)| *key == number.key).map(|&(_, reading)| reading)
+    fn reading(&self, number: &Number) -> Option<&Reading> {
+        self.values.iter().find(|(key, _)| *key == number.key).map(|(_, reading)| reading)
     }
 
     /// How a number differs from that of the tree `before`.
@@ -176,8 +150,21 @@ impl TreeNumbers {
             return Comparison::OtherView;
         }
         let is_same = self.hash.is_some() && self.hash == before.hash;
-        let verdict = if is_same { Verdict::Same } else { verdict(compared, earlier, now) };
-        Comparison::Change { before: earlier.value, now: now.value, verdict }
+        let in_turn = self.session.is_some() && self.session == before.session;
+        let order = if in_turn { Order::InTurn } else { Order::OneAfterOther };
+        let (verdict, factor) = if is_same { (Verdict::Same, None) } else { judge(compared, earlier, now, order) };
+        Comparison::Change { before: earlier.value, now: now.value, verdict, factor }
+    }
+}
+
+/// The values of a time or speed in each round; none of other numbers.
+fn rounds(number: &Number, readings: &RestReadings) -> Vec<f64> {
+    if number == BUILD_MS {
+        readings.builds.as_ref().map_or_else(Vec::new, |builds| builds.rounds.clone())
+    } else if number == MRAYS_PER_S {
+        readings.trace_rounds.iter().map(|&ms| millions_per_second(readings.rays, ms)).collect()
+    } else {
+        Vec::new()
     }
 }
 
@@ -206,9 +193,15 @@ mod tests {
         })
     }
 
-    fn whole_builds(times: Times) -> WholeBuilds {
-        WholeBuilds { times, stages: Vec::new() }
+    /// Nine rounds of a session, each of them so many times as long as usual.
+    fn at_rest(session: u64, ms: f64, noise: [f64; 9]) -> RestReadings {
+        let rounds: Vec<f64> = noise.map(|noise| ms * noise).to_vec();
+        let times = Times::of(rounds.clone());
+        let builds = Some(WholeBuilds { times, rounds: rounds.clone(), stages: Vec::new() });
+        RestReadings { session, builds, rays: 1_000, traces: times, trace_rounds: rounds }
     }
+
+    const NOISE: [f64; 9] = [1.0, 1.2, 0.9, 1.0, 7.0, 1.1, 1.0, 0.95, 1.0];
 
     fn compare(before: &Accel, now: &Accel, number: &Number) -> Comparison {
         TreeNumbers::new(now, None).compare(Some(&TreeNumbers::new(before, None)), number)
@@ -221,15 +214,24 @@ mod tests {
         assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
         assert!(matches!(compare(&reusing, &other, BUILD_MS), Comparison::Change { verdict: Verdict::Once, .. }));
         assert_eq!(compare(&cold, &cold, BUILD_MS), Comparison::Unknown, "a single build may have been cold");
-        let whole = |ms: f64| whole_builds(Times { ms, spread: Some([ms - 0.1, ms + 0.1]) });
-        cold.keep_whole_builds(whole(2.0));
+        let verdict = |comparison| match comparison {
+            Comparison::Change { verdict, .. } => Some(verdict),
+            _ => None,
+        };
+        cold.keep_at_rest(at_rest(1, 2.0, NOISE));
         assert_eq!(compare(&cold, &reusing, BUILD_MS), Comparison::OtherStages);
-        reusing.keep_whole_builds(whole(3.0));
-        other.keep_whole_builds(whole(3.05));
-        let worse = Comparison::Change { before: 2.0, now: 3.0, verdict: Verdict::Worse };
-        assert_eq!(compare(&cold, &reusing, BUILD_MS), worse, "repeated as a whole, whatever was reused at first");
-        let noise = Comparison::Change { before: 3.0, now: 3.05, verdict: Verdict::Noise };
-        assert_eq!(compare(&reusing, &other, BUILD_MS), noise);
+        reusing.keep_at_rest(at_rest(2, 3.0, NOISE));
+        other.keep_at_rest(at_rest(2, 3.05, NOISE));
+        let found = verdict(compare(&cold, &reusing, BUILD_MS));
+        assert_eq!(found, Some(Verdict::Worse), "repeated as a whole, whatever was reused at first");
+        assert_eq!(verdict(compare(&reusing, &other, BUILD_MS)), Some(Verdict::Worse), "in turn, round by round");
+        assert_eq!(verdict(compare(&reusing, &other, MRAYS_PER_S)), Some(Verdict::Worse));
+        other.keep_at_rest(at_rest(3, 3.05, NOISE));
+        assert_eq!(verdict(compare(&reusing, &other, BUILD_MS)), Some(Verdict::Undecided), "one after the other");
+        let mut turned = NOISE;
+        turned.reverse();
+        other.keep_at_rest(at_rest(2, 3.05, turned));
+        assert_eq!(verdict(compare(&reusing, &other, BUILD_MS)), Some(Verdict::Undecided));
     }
 
     /// The builder's containers are boxes in both.
@@ -256,8 +258,8 @@ mod tests {
     #[test]
     fn a_tree_is_neither_better_nor_worse_than_itself() {
         let [first, again, _] = trees([6, 6, 6]);
-        first.keep_whole_builds(whole_builds(Times { ms: 2.0, spread: Some([1.9, 2.1]) }));
-        again.keep_whole_builds(whole_builds(Times { ms: 4.0, spread: Some([3.9, 4.1]) }));
+        first.keep_at_rest(at_rest(1, 2.0, NOISE));
+        again.keep_at_rest(at_rest(1, 4.0, NOISE));
         assert_eq!(first.hash(&CancelToken::new()), again.hash(&CancelToken::new()));
         for number in [BUILD_MS, SAH_COST] {
             let found = compare(&first, &again, number);

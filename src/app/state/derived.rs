@@ -71,10 +71,8 @@ impl Derived {
 /// Readings of both trees that no window moves; see [`measure_at_rest`](crate::lab::at_rest::measure_at_rest). The trees keep them.
 #[derive(Debug, Default)]
 pub struct AtRestState {
-    /// Those of the first tree, by the number of threads.
-    pub first: Study<usize, ()>,
-    /// Those of the second.
-    pub second: Study<usize, ()>,
+    /// Those of the first tree, by the number of threads and the second tree, with which it is measured in turn.
+    pub readings: Study<(usize, Option<OtherTree>), ()>,
     /// The user has just pressed or moved something.
     pub is_disturbed: bool,
     /// None are taken, for tests of other things.

@@ -335,11 +335,9 @@ impl AppState {
         if is_wanted { self.model.cut.cluster_cut(accel) } else { None }
     }
 
-    /// Tracing speed in Mray/s: of the picture at rest the median of its passes, otherwise that of the last second.
-    pub fn mrays_per_s(&self) -> f64 {
-        let at_rest =
-            |shown: &Presented| shown.counted.as_ref().and_then(|counted| counted.mrays_per_s_of(&shown.frame));
-        self.model.presented.as_ref().and_then(at_rest).unwrap_or(self.activity.mrays_per_s)
+    /// Speed of tracing and shading the picture in the last second, in Mray/s.
+    pub const fn mrays_per_s(&self) -> f64 {
+        self.activity.mrays_per_s
     }
 
     /// Restores settings and hidden nodes as before the last change, and the selection that hid or isolated them.

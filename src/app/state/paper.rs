@@ -155,7 +155,7 @@ impl Default for PaperPlan {
             traversal: Traversal::Ordered,
             default_camera: true,
             side_px: 1024,
-            repeat: 3,
+            repeat: 9,
             thresholds: [2, 32],
             epsilons: vec![0.2],
             no_bvh: false,

@@ -80,45 +80,28 @@ fn add_moved(studies: &mut Studies) -> std::io::Result<()> {
     })
 }
 
-/// Readings of both trees, which any input cancels.
+/// Readings of both trees in turn, which any input cancels.
 fn add_readings(studies: &mut Studies) -> std::io::Result<()> {
-    let derive = |accel: &Arc<Accel>, threads: &usize, token: &CancelToken| match pool(*threads) {
-        Ok(pool) => pool.install(|| measure_at_rest(accel, token)),
-        Err(_) => Err(Cancelled),
+    let plan = StudyPlan {
+        name: "readings",
+        label: "Measuring",
+        at_once: false,
+        is_quiet: true,
+        study: |state| &mut state.model.derived.at_rest.readings,
+        wanted: |state, idle| {
+            let shown = state.model.presented.as_ref().filter(|_| state.model.derived.at_rest.may_measure(idle))?;
+            let second = state.model.second.as_ref().map(|second| OtherTree::new(&second.accel));
+            Some((Arc::clone(&shown.accel), (shown.threads, second)))
+        },
     };
-    let name = "readings";
-    let label = "Measuring";
-    studies.add(
-        StudyPlan {
-            name,
-            label,
-            at_once: false,
-            is_quiet: true,
-            study: |state| &mut state.model.derived.at_rest.first,
-            wanted: |state, idle| {
-                let shown = state.model.presented.as_ref().filter(|_| state.model.derived.at_rest.may_measure(idle))?;
-                Some((Arc::clone(&shown.accel), shown.threads))
-            },
-        },
-        derive,
-    )?;
-    studies.add(
-        StudyPlan {
-            name,
-            label,
-            at_once: false,
-            is_quiet: true,
-            study: |state| &mut state.model.derived.at_rest.second,
-            wanted: |state, idle| {
-                let shown = state.model.second.as_ref().filter(|_| state.model.derived.at_rest.may_measure(idle))?;
-                // One after the other.
-                let first = state.model.presented.as_ref()?;
-                state.model.derived.at_rest.first.get(&first.accel, &first.threads)?;
-                Some((Arc::clone(&shown.accel), shown.threads))
-            },
-        },
-        derive,
-    )
+    studies.add(plan, |accel, (threads, second), token| {
+        let second = second.as_ref().and_then(OtherTree::get);
+        let trees: Vec<&Arc<Accel>> = std::iter::once(accel).chain(&second).collect();
+        match pool(*threads) {
+            Ok(pool) => pool.install(|| measure_at_rest(&trees, token)),
+            Err(_) => Err(Cancelled),
+        }
+    })
 }
 
 /// The findings of a tree, those of its scene first, which are kept for the next tree of the same scene.

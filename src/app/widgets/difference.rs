@@ -5,20 +5,21 @@ use egui::{Color32, Painter, Pos2, Shape, Stroke, vec2};
 use crate::app::format;
 use crate::app::state::comparison::{Comparison, Verdict};
 use crate::app::theme::Palette;
+use crate::lab::verdict::Factor;
 
 /// Colour of a difference.
 pub(crate) const fn verdict_color(verdict: Verdict, palette: &Palette) -> Color32 {
     match verdict {
         Verdict::Better => palette.better,
         Verdict::Worse => palette.worse,
-        Verdict::Same | Verdict::Noise | Verdict::Once | Verdict::Different => palette.dim,
+        Verdict::Same | Verdict::Undecided | Verdict::Once | Verdict::Different => palette.dim,
     }
 }
 
-/// Sign, percentage and word: "−12 % better"; "same" without a difference.
+/// Sign, percentage and word: "−12 % better"; the word alone without a difference, and where none is decided.
 pub(crate) fn verdict_text(before: f64, now: f64, verdict: Verdict) -> String {
     match verdict {
-        Verdict::Same | Verdict::Noise => verdict.word().to_owned(),
+        Verdict::Same | Verdict::Undecided | Verdict::Once => verdict.word().to_owned(),
         _ => format!("{} {}", format::change(before, now), verdict.word()).trim().to_owned(),
     }
 }
@@ -26,8 +27,8 @@ pub(crate) fn verdict_text(before: f64, now: f64, verdict: Verdict) -> String {
 /// Paints the arrow of a difference of two trees at `center`: upwards where the number of B is larger. Nothing where they are the
 /// same. The window's font has no arrows.
 pub(crate) fn paint_arrow(painter: &Painter, center: Pos2, comparison: Comparison, palette: &Palette) {
-    let Comparison::Change { before, now, verdict } = comparison else { return };
-    if matches!(verdict, Verdict::Same | Verdict::Noise) {
+    let Comparison::Change { before, now, verdict, .. } = comparison else { return };
+    if matches!(verdict, Verdict::Same | Verdict::Undecided | Verdict::Once) {
         return;
     }
     let up = if now > before { -1.0 } else { 1.0 };
@@ -38,11 +39,10 @@ pub(crate) fn paint_arrow(painter: &Painter, center: Pos2, comparison: Compariso
 /// The line below a number, with its colour; `None` where nothing is to be said.
 pub(crate) fn line(comparison: Comparison, two_trees: bool, palette: &Palette) -> Option<(String, Color32)> {
     match comparison {
-        Comparison::Change { before, now, verdict } if two_trees => {
-            Some((format!("B {}", verdict_text(before, now, verdict)), verdict_color(verdict, palette)))
-        }
-        Comparison::Change { before, now, verdict } => {
-            Some((verdict_text(before, now, verdict), verdict_color(verdict, palette)))
+        Comparison::Change { before, now, verdict, .. } => {
+            let text = verdict_text(before, now, verdict);
+            let text = if two_trees && verdict != Verdict::Undecided { format!("B {text}") } else { text };
+            Some((text, verdict_color(verdict, palette))).filter(|(text, _)| !text.is_empty())
         }
         Comparison::OtherContainer => Some(("not comparable".to_owned(), palette.dim)),
         Comparison::Unknown | Comparison::OtherView | Comparison::OtherStages => None,
@@ -57,7 +57,10 @@ pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f6
         return Some(between_two(comparison, text));
     }
     match comparison {
-        Comparison::Change { before, .. } => Some(format!("The tree before: {}", text(before))),
+        Comparison::Change { before, factor, .. } => {
+            let basis = factor.map_or_else(String::new, |factor| format!("; now {}", basis(&factor)));
+            Some(format!("The tree before: {}{basis}", text(before)))
+        }
         Comparison::OtherContainer => Some(
             "Not comparable with the tree before, which had the other container: costs are relative to the root's surface"
                 .to_owned(),
@@ -70,19 +73,29 @@ pub(crate) fn sentence(comparison: Comparison, two_trees: bool, text: impl Fn(f6
     }
 }
 
+/// The factor that decides a verdict: "× 0.388, with 99 % from 0.37 to 0.4, over 9 rounds".
+fn basis(factor: &Factor) -> String {
+    let interval = factor.interval.map_or_else(String::new, |[least, most]| {
+        format!(", with 99 % from {} to {}", format::significant(least), format::significant(most))
+    });
+    let rounds = format::counted(factor.count as u64, "round");
+    format!("× {}{interval}, over {rounds}", format::significant(factor.median))
+}
+
 /// The same for two trees side by side.
 fn between_two(comparison: Comparison, text: impl Fn(f64) -> String) -> String {
     match comparison {
-        Comparison::Change { before, now, verdict } => {
+        Comparison::Change { before, now, verdict, factor } => {
             let verdict = match verdict {
                 Verdict::Better => "B is better",
                 Verdict::Worse => "A is better",
                 Verdict::Same => "no difference",
-                Verdict::Noise => "the difference is within the spread of the repetitions",
+                Verdict::Undecided => "which is better is not decided",
                 Verdict::Once => "measured once, so that neither is called better",
                 Verdict::Different => "neither is better by this number alone",
             };
-            format!("A: {}, B: {}; {verdict}", text(before), text(now))
+            let basis = factor.map_or_else(String::new, |factor| format!(". B {}", basis(&factor)));
+            format!("A: {}, B: {}; {verdict}{basis}", text(before), text(now))
         }
         Comparison::OtherContainer => {
             "Not comparable, because the trees have different containers: costs are relative to the root's surface"

@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_difference_is_cut_where_a_sense_remains() {
-        let change = Comparison::Change { before: 2.0, now: 3.0, verdict: Verdict::Worse };
+        let change = Comparison::Change { before: 2.0, now: 3.0, verdict: Verdict::Worse, factor: None };
         let within = |line: &'static str, comparison, most: usize| {
             difference_within(line, comparison, |text| text.chars().count() <= most)
         };

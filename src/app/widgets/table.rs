@@ -38,6 +38,8 @@ pub(crate) struct Column<'a> {
     pub(crate) unit: &'a str,
     /// Where the better numbers are.
     pub(crate) better: Option<Direction>,
+    /// Whether its best number differs from the others by more than chance; otherwise none is bold.
+    pub(crate) has_best: bool,
 }
 
 /// A row.
@@ -48,6 +50,8 @@ pub(crate) struct TableRow<'a> {
     pub(crate) is_remark: bool,
     /// It is what is on the screen.
     pub(crate) is_shown: bool,
+    /// A column whose number is preliminary, and therefore grey.
+    pub(crate) preliminary: Option<usize>,
 }
 
 /// Acts of the user in a table, by the indices of rows.
@@ -239,6 +243,7 @@ fn show_row(
     for (column, (text, &width)) in texts.iter().zip(widths).enumerate() {
         let place = Rect::from_min_size(pos2(left, rect.top()), vec2(width, ROW_HEIGHT));
         let align = if column == 0 { Align2::LEFT_CENTER } else { Align2::RIGHT_CENTER };
+        let color = if row.preliminary == Some(column) { palette.dim } else { color };
         paint(ui, align.pos_in_rect(&place), align, text, &font, color, is_best(column));
         left += width + GAP;
     }
@@ -290,7 +295,7 @@ fn texts(row: &TableRow<'_>, base: Option<&TableRow<'_>>) -> Vec<String> {
 
 /// The best number of a column; `None` where none is better than the others.
 fn best(table: &Table<'_>, column: usize) -> Option<f64> {
-    let better = table.columns[column].better?;
+    let better = table.columns[column].better.filter(|_| table.columns[column].has_best)?;
     let values: Vec<f64> =
         table.rows.iter().filter(|row| !row.is_remark).filter_map(|row| number(row.cells.get(column)?)).collect();
     let [least, most] = [f64::min, f64::max].map(|pick| values.iter().copied().reduce(pick));
@@ -327,7 +332,7 @@ mod tests {
     }
 
     fn rows(cells: &[Vec<String>]) -> Vec<TableRow<'_>> {
-        let row = |cells| TableRow { cells, is_remark: false, is_shown: false };
+        let row = |cells| TableRow { cells, is_remark: false, is_shown: false, preliminary: None };
         cells.iter().map(|cells| TableRow { is_remark: cells[0].starts_with(' '), ..row(&cells[..]) }).collect()
     }
 
@@ -345,7 +350,7 @@ mod tests {
     #[test]
     fn the_best_is_that_of_rows_alone_and_parts_are_of_the_chosen_row() {
         let cells = cells(&[["b", "200"], ["  of b", "1"], ["a", "50"], ["c", "–"]]);
-        let column = |better| Column { name: "", unit: "", better };
+        let column = |better| Column { name: "", unit: "", better, has_best: true };
         let better = [None, Some(Direction::Less), Some(Direction::More)];
         let best_of = |better| {
             best(&Table { title: "", columns: vec![column(None), column(better)], rows: rows(&cells), opens: None }, 1)

@@ -221,6 +221,7 @@ pub mod rows {
     pub const LEAF_SIZE: &Number = named("leaf_size");
     pub const TREE_BYTES: &Number = named("tree_bytes");
     pub const TRIANGLE_BYTES: &Number = named("triangle_bytes");
+    pub const PREPARATION_MS: &Number = named("preparation_ms");
     pub const UPDATE_MS: &Number = named("update_ms");
     pub const BEHIND_MS: &Number = named("behind_ms");
     pub const RAY_NS: &Number = named("ray_ns");

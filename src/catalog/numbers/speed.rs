@@ -82,18 +82,23 @@ pub(super) const ROWS: &[Number] = &[
         key: "mrays_per_s",
         unit: "Mray/s",
         label: "Speed",
-        meaning: "Primary rays per second through the wide tree, in millions, from `wide_trace_ms`; of `render` and in the window \
-                  with the shading of the picture",
+        meaning: "Primary rays per second through the wide tree, in millions, from `wide_trace_ms`; of `render` with the shading of \
+                  the picture, and in the window of the measuring view of `tests_per_entering_ray`, repeated at rest",
         term: Some(&terms::MRAYS_PER_SECOND),
-        get: |tree| match tree.trace?.wide {
-            Some(wide) => known(rate(tree, wide.ms)?),
-            None => tree.trace?.picture_mrays_per_s.map(Value::from),
+        get: |tree| match (tree.at_rest, tree.trace?.wide) {
+            (Some((rays, times)), _) => known(millions_per_second(rays, times.ms)),
+            (None, Some(wide)) => known(rate(tree, wide.ms)?),
+            (None, None) => tree.trace?.picture_mrays_per_s.map(Value::from),
         },
         spread: Some(("mrays_per_s_spread", |tree| {
-            let [fastest, slowest] = tree.trace?.wide?.spread?;
-            Some([rate(tree, slowest)?, rate(tree, fastest)?])
+            if let Some((rays, times)) = tree.at_rest {
+                let [lower, upper] = times.spread?;
+                return Some([millions_per_second(rays, upper), millions_per_second(rays, lower)]);
+            }
+            let [lower, upper] = tree.trace?.wide?.spread?;
+            Some([rate(tree, upper)?, rate(tree, lower)?])
         })),
-        compared: Some(Compared { name: "speed Mray/s", better: Some(Direction::More), is_timed: true, ..OF_VIEW }),
+        compared: Some(Compared { name: "speed Mray/s", better: Some(Direction::More), is_timed: true, ..LESS }),
         column: Some(("speed", "Mray/s")),
         ..ROW
     },
@@ -175,10 +180,19 @@ pub(super) const ROWS: &[Number] = &[
         ..ROW
     },
     Number {
+        key: "preparation_ms",
+        unit: "ms",
+        label: "Preparation",
+        meaning: "Of `animate`: wall-clock time of everything before the first frame, once: of whole-clip its tree of eight poses, of keep also \
+                  enclosing each frame",
+        ..ROW
+    },
+    Number {
         key: "update_ms",
         unit: "ms",
         label: "Update",
-        meaning: "Of `animate`: wall-clock time of making the binary tree that of the frame; `ready_ms` has the wide tree's too",
+        meaning: "Of `animate`: wall-clock time of making the binary tree that of the frame; `ready_ms` has the wide tree's too: \
+                  the medians of the rounds, each from the tree of the frame before",
         ..ROW
     },
     Number {

@@ -29,8 +29,8 @@ pub struct TraceArgs {
     /// Size of the traced picture in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
     pub size: [u32; 2],
-    /// Repetitions of each measurement; medians are shown
-    #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "3")]
+    /// Rounds in which each tree is measured once; medians are shown, and fewer than 8 decide only large differences
+    #[arg(long, value_name = "N", value_parser = values::repeat, default_value = "9")]
     pub repeat: usize,
     /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
@@ -92,7 +92,7 @@ pub struct OneTreeArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   bvhscope bench bunny.obj dragon.ply
-  bvhscope bench bunny.obj --traversal paper --repeat 9 --json
+  bvhscope bench bunny.obj --traversal paper --repeat 15 --json
   bvhscope bench bunny.obj --tree mine.bvh   with the tree of a file below ours
   bvhscope bench builtin:teapot:4 --no-bvh --plot bench.svg")]
 pub struct BenchArgs {
@@ -181,7 +181,8 @@ Policies:
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = policies())]
+// Of each frame: the frames decide.
+#[command(after_help = policies(), mut_arg("repeat", |arg| arg.default_value("3")))]
 pub struct AnimateArgs {
     #[arg(long, value_name = "LIST", value_parser = named::policies, default_value = "all",
           help = help::<Policy>("How the tree follows from frame to frame: a list, separated by commas, of ", ", or all that apply"))]

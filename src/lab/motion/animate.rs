@@ -1,8 +1,11 @@
 //! The rows of `animate`: the trees of a study as the measuring commands show them.
 
+use super::break_even::{FrameCost, break_even, factor, least, pays_from};
 use super::study::{MotionPlan, MotionRow, MotionStudy};
-use crate::catalog::numbers::rows::{BEHIND_MS, BUILD_MS, POPULATION_TESTS_PER_RAY, RAY_NS, UPDATE_MS};
-use crate::catalog::reading::TreeReading;
+use crate::catalog::numbers::rows::{
+    BEHIND_MS, BUILD_MS, POPULATION_TESTS_PER_RAY, PREPARATION_MS, RAY_NS, READY_MS, UPDATE_MS,
+};
+use crate::catalog::reading::{Times, TreeReading};
 use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
 use crate::lab::conditions::Conditions;
@@ -10,6 +13,7 @@ use crate::lab::measure::{LabError, RowSink, request_settings};
 use crate::lab::measurement::{FrameOfClip, Measurement, millis, pool};
 use crate::lab::population::{Population, Populations, ViewRays};
 use crate::lab::setup::{Setup, Subject, TraceView};
+use crate::lab::verdict::RowVerdict;
 use bvhscope_engine::BuildReport;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::follow::Policy;
@@ -60,13 +64,46 @@ pub fn animate(
     let parts = plan.frames + 1;
     let mut study = pool.install(|| MotionStudy::new(&subject.scene, study, &token.part(0, parts)))?;
     let name = &motion.clips[clip].name;
+    let mut costs: Vec<Vec<FrameCost>> = Vec::new();
     for frame in 0.. {
         let Some(measured) = pool.install(|| study.next_frame(&token.part(frame + 1, parts)))? else { break };
-        for row in &measured {
-            rows.row(measurement(row, name, subject, setup, view, pool.current_num_threads()));
+        costs.resize(measured.len(), Vec::new());
+        for (row, costs) in measured.iter().zip(&mut costs) {
+            costs.push(row.cost());
+        }
+        for (index, row) in measured.iter().enumerate() {
+            let mut row = measurement(row, name, subject, setup, view, pool.current_num_threads());
+            if frame + 1 == plan.frames {
+                row.verdicts = verdicts(&plan.policies, &costs, index, view);
+            }
+            rows.row(row);
         }
     }
     Ok(())
+}
+
+/// How the policy of an index compares over all frames, with a ray for each pixel: with that of the least time, and with rebuilding.
+fn verdicts(policies: &[Policy], costs: &[Vec<FrameCost>], index: usize, view: &TraceView) -> Vec<RowVerdict> {
+    let rays = view.size.map(f64::from).iter().product();
+    let against = |other: usize| {
+        let factor = factor(&costs[other], &costs[index], rays)?;
+        Some(RowVerdict::of_factor("frame_ms", policies[other].name().to_owned(), &factor))
+    };
+    let best = least(costs, rays).map(|least| least.policy).filter(|&best| best != index);
+    let rebuilt = policies.iter().position(|policy| *policy == Policy::Rebuild).filter(|&rebuilt| rebuilt != index);
+    let with_break_even = |rebuilt: usize| {
+        let verdict = against(rebuilt)?;
+        let even = break_even(&costs[index], &costs[rebuilt])?;
+        let pays_from = pays_from(&costs[index], &costs[rebuilt], rays);
+        Some(RowVerdict {
+            pays_from,
+            break_even_rays: Some(even.rays).filter(|rays| rays.is_finite()),
+            break_even_interval: even.interval.map(|ends| ends.map(|end| Some(end).filter(|end| end.is_finite()))),
+            ..verdict
+        })
+    };
+    let best = best.filter(|best| Some(*best) != rebuilt).and_then(against);
+    best.into_iter().chain(rebuilt.and_then(with_break_even)).collect()
 }
 
 fn measurement(
@@ -77,10 +114,10 @@ fn measurement(
     view: &TraceView,
     threads: usize,
 ) -> Measurement {
-    let update = &row.update;
+    let [update, ray] = [&row.rounds.update_ms, &row.rounds.ray_ns].map(|rounds| Times::of(rounds.clone()));
     let report = BuildReport {
         stages: StageTimes::default(),
-        build_time: update.tree_time,
+        build_time: row.update.tree_time,
         threads,
         stats: row.stats.clone(),
         tree_bytes: row.tree_bytes,
@@ -93,18 +130,20 @@ fn measurement(
         build: None,
         is_update: true,
         stages_ms: std::collections::BTreeMap::new(),
-        ready_ms: Some(millis(update.ready_time())),
+        ready_ms: Some(row.ready_ms()),
         epo: Some(row.epo),
         hashes: None,
         wide: None,
         trace: None,
         entering: None,
+        at_rest: None,
     });
     values.remove(BUILD_MS);
     let numbers = [
-        (UPDATE_MS, Some(millis(update.tree_time))),
-        (BEHIND_MS, (!update.behind_time.is_zero()).then(|| millis(update.behind_time))),
-        (RAY_NS, (row.ray_ns > 0.0).then_some(row.ray_ns)),
+        (UPDATE_MS, Some(update.ms)),
+        (PREPARATION_MS, Some(millis(row.preparation))),
+        (BEHIND_MS, (!row.update.behind_time.is_zero()).then(|| millis(row.update.behind_time))),
+        (RAY_NS, (!row.rounds.ray_ns.is_empty()).then_some(ray.ms)),
         (POPULATION_TESTS_PER_RAY, row.tests_per_ray()),
     ];
     for (number, value) in numbers {
@@ -112,7 +151,9 @@ fn measurement(
             values.set(number, value);
         }
     }
-    values.set_spread(RAY_NS, row.ray_spread_ns);
+    values.set_spread(RAY_NS, ray.spread);
+    let rounds = [(UPDATE_MS, &row.rounds.update_ms), (READY_MS, &row.rounds.ready_ms), (RAY_NS, &row.rounds.ray_ns)];
+    let rounds = rounds.into_iter().filter(|(_, rounds)| !rounds.is_empty());
     Measurement {
         command: "animate".to_owned(),
         model: subject.model.clone(),
@@ -130,6 +171,8 @@ fn measurement(
         width_px: view.size[0],
         height_px: view.size[1],
         repeat: view.repeat,
+        rounds: rounds.map(|(number, rounds)| (number.key.to_owned(), rounds.clone())).collect(),
+        verdicts: Vec::new(),
         conditions: Some(Conditions::of_process(Some((&view.camera, subject.scene.offset)), view.simd)),
         populations: row.rays.clone(),
         warnings: row.warnings.entries.iter().map(ToString::to_string).collect(),

@@ -1,4 +1,7 @@
-//! When rebuilding pays: the time of a frame is that of the update and of its rays.
+//! Which policy takes the least time, and when rebuilding pays: the time of a frame is that of the update and of its rays.
+
+use crate::catalog::reading::quantile;
+use crate::lab::verdict::{Factor, LEAST_PAIRS, Order, median_interval};
 
 /// A tree in a frame, as far as time goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,10 +12,6 @@ pub struct FrameCost {
     pub ready_ms: f64,
     /// Time of a ray in nanoseconds.
     pub ray_ns: f64,
-    /// Slowest minus fastest repetition of that; `None` where it was measured once.
-    pub ray_spread_ns: Option<f64>,
-    /// Containers and triangles that a ray is tested against, where they were counted.
-    pub tests: Option<f64>,
 }
 
 impl FrameCost {
@@ -20,77 +19,86 @@ impl FrameCost {
     pub fn time_ms(&self, rays: f64) -> f64 {
         self.ready_ms + rays * self.ray_ns * 1e-6
     }
-
-    /// Time in nanoseconds by which a ray takes longer than in `other`. Tests decide where the times differ by no more than their
-    /// spread, or have none, at the price that a test has in both trees.
-    fn slower_ns(&self, other: &Self) -> f64 {
-        let difference = self.ray_ns - other.ray_ns;
-        let spread = self.ray_spread_ns.zip(other.ray_spread_ns).map(|(own, others)| own.max(others));
-        if spread.is_some_and(|spread| difference.abs() > spread) {
-            return difference;
-        }
-        match self.tests.zip(other.tests) {
-            Some((own, others)) if own + others > 0.0 => (own - others) * (self.ray_ns + other.ray_ns) / (own + others),
-            _ if spread.is_some() => 0.0,
-            _ => difference,
-        }
-    }
 }
 
-/// The mean over `frames`, whose number is that of the first; `None` of none.
-pub fn mean(frames: &[FrameCost]) -> Option<FrameCost> {
-    let over_all = |of: fn(&FrameCost) -> Option<f64>| -> Option<f64> {
-        let values: Vec<f64> = frames.iter().map(of).collect::<Option<_>>()?;
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-    };
-    Some(FrameCost {
-        frame: frames.first()?.frame,
-        ready_ms: over_all(|cost| Some(cost.ready_ms))?,
-        ray_ns: over_all(|cost| Some(cost.ray_ns))?,
-        ray_spread_ns: over_all(|cost| cost.ray_spread_ns),
-        tests: over_all(|cost| cost.tests),
-    })
+/// The times of each frame in milliseconds.
+fn times(frames: &[FrameCost], rays: f64) -> Vec<f64> {
+    frames.iter().map(|cost| cost.time_ms(rays)).collect()
 }
 
-/// The median update time of the frame at `at` and its neighbours in milliseconds, of two the lower: their work is much the same, so that a
-/// single update that was disturbed decides nothing.
-fn usual_ready_ms(frames: &[FrameCost], at: usize) -> f64 {
-    let near = &frames[at.saturating_sub(1)..frames.len().min(at + 2)];
-    let mut times: Vec<f64> = near.iter().map(|cost| cost.ready_ms).collect();
-    times.sort_by(f64::total_cmp);
-    times[(times.len() - 1) / 2]
-}
-
-/// True if policy `a` takes less time than `b` for the update and `rays` rays of the frame at `at`, which both have.
-fn is_cheaper(a: &[FrameCost], b: &[FrameCost], at: usize, rays: f64) -> bool {
-    usual_ready_ms(a, at) + rays * a[at].slower_ns(&b[at]) * 1e-6 < usual_ready_ms(b, at)
-}
-
-/// For each frame in turn, the index of the policy whose update and `rays` rays take the least time, the first of equal ones.
-/// `policies` have the frames of each, in order; frames that one lacks are left out.
+/// For each frame in turn, the index of the policy whose update and `rays` rays were measured to take the least time, the first of equal
+/// ones. `policies` have the frames of each, in order; frames that one lacks are left out.
 pub fn cheapest(policies: &[Vec<FrameCost>], rays: f64) -> Vec<usize> {
     let frames = policies.iter().map(Vec::len).min().unwrap_or(0);
     let of_frame = |at: usize| {
-        let better = |best: usize, other: usize| {
-            if is_cheaper(&policies[other], &policies[best], at, rays) { other } else { best }
-        };
-        (1..policies.len()).fold(0, better)
+        let time = |policy: usize| policies[policy][at].time_ms(rays);
+        (1..policies.len()).fold(0, |best, other| if time(other) < time(best) { other } else { best })
     };
     (0..frames).map(of_frame).collect()
 }
 
-/// The first frame in which `rebuilt`, with its update, takes less time than `followed` for `rays` rays: from there on rebuilding would
-/// have paid. `None` where it never does.
-pub fn pays_from(followed: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> Option<usize> {
-    let frames = followed.len().min(rebuilt.len());
-    (0..frames).find(|&at| is_cheaper(rebuilt, followed, at, rays)).map(|at| followed[at].frame)
+/// The factor of the times of `b` over those of `a` with `rays` rays, frame by frame.
+pub fn factor(a: &[FrameCost], b: &[FrameCost], rays: f64) -> Option<Factor> {
+    Factor::of(&times(a, rays), &times(b, rays), Order::InTurn)
 }
 
-/// The rays of a frame above which `rebuilt` takes less time than `followed`; `None` where its rays are no faster. 0 where its update is
-/// not slower either.
-pub fn break_even_rays(followed: &FrameCost, rebuilt: &FrameCost) -> Option<f64> {
-    let gain_ns = followed.slower_ns(rebuilt);
-    (gain_ns > 0.0).then(|| ((rebuilt.ready_ms - followed.ready_ms) * 1e6 / gain_ns).max(0.0))
+/// The policy that takes the least time over all frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Least {
+    /// Its index.
+    pub policy: usize,
+    /// The other policies that are not decided to take more, in the order given.
+    pub rivals: Vec<usize>,
+}
+
+/// The policy with the least sum of times, and those that it does not beat for certain, frame by frame; `None` of fewer than two.
+pub fn least(policies: &[Vec<FrameCost>], rays: f64) -> Option<Least> {
+    let sum = |policy: &usize| times(&policies[*policy], rays).iter().sum::<f64>();
+    let policy = (0..policies.len()).min_by(|a, b| sum(a).total_cmp(&sum(b))).filter(|_| policies.len() > 1)?;
+    let takes_more = |other: usize| {
+        let factor = factor(&policies[policy], &policies[other], rays);
+        factor.and_then(|factor| factor.decided()) == Some(std::cmp::Ordering::Greater)
+    };
+    let rivals = (0..policies.len()).filter(|&other| other != policy && !takes_more(other)).collect();
+    Some(Least { policy, rivals })
+}
+
+/// In how many frames `rebuilt`, with its update, takes less time than `followed` for `rays` rays.
+pub fn cheaper_in(followed: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> usize {
+    followed.iter().zip(rebuilt).filter(|(followed, rebuilt)| rebuilt.time_ms(rays) < followed.time_ms(rays)).count()
+}
+
+/// The first frame from which on `rebuilt`, with its update, takes less time than `followed` in each to the end: from there rebuilding would
+/// have paid. `None` where that is no frame, and where so few are left that chance does the same.
+pub fn pays_from(followed: &[FrameCost], rebuilt: &[FrameCost], rays: f64) -> Option<usize> {
+    let frames = followed.len().min(rebuilt.len());
+    let pays = |at: &usize| rebuilt[*at].time_ms(rays) < followed[*at].time_ms(rays);
+    let count = (0..frames).rev().take_while(pays).count();
+    (count >= LEAST_PAIRS).then(|| followed[frames - count].frame)
+}
+
+/// The rays of a frame above which rebuilding takes less time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BreakEven {
+    /// The median over the frames of the quotient of what the update takes more and a ray takes less; infinite where in most frames rays are
+    /// no faster.
+    pub rays: f64,
+    /// The interval in which it is; infinite ends as above, `None` of too few frames.
+    pub interval: Option<[f64; 2]>,
+    /// Number of frames.
+    pub frames: usize,
+}
+
+/// The break-even of `rebuilt` against `followed`, frame by frame; `None` without frames.
+pub fn break_even(followed: &[FrameCost], rebuilt: &[FrameCost]) -> Option<BreakEven> {
+    let rays = |(followed, rebuilt): (&FrameCost, &FrameCost)| {
+        let [more_ms, gain_ns] = [rebuilt.ready_ms - followed.ready_ms, followed.ray_ns - rebuilt.ray_ns];
+        if gain_ns > 0.0 { (more_ms * 1e6 / gain_ns).max(0.0) } else { f64::INFINITY }
+    };
+    let mut all: Vec<f64> = followed.iter().zip(rebuilt).map(rays).collect();
+    all.sort_by(f64::total_cmp);
+    let (interval, frames) = (median_interval(&all), all.len());
+    (frames > 0).then(|| BreakEven { rays: quantile(&all, 0.5), interval, frames })
 }
 
 #[cfg(test)]
@@ -98,51 +106,59 @@ pub fn break_even_rays(followed: &FrameCost, rebuilt: &FrameCost) -> Option<f64>
 mod tests {
     use super::*;
 
-    fn costs(of: [[f64; 2]; 3]) -> Vec<FrameCost> {
-        let cost = |([ready_ms, ray_ns], frame): ([f64; 2], usize)| FrameCost {
-            frame,
-            ready_ms,
-            ray_ns,
-            ray_spread_ns: None,
-            tests: None,
-        };
-        of.into_iter().zip(0..).map(cost).collect()
+    fn costs(of: &[[f64; 2]]) -> Vec<FrameCost> {
+        of.iter().zip(0..).map(|(&[ready_ms, ray_ns], frame)| FrameCost { frame, ready_ms, ray_ns }).collect()
+    }
+
+    /// A refitted tree whose rays take longer from frame to frame, and one that is built anew.
+    fn clip() -> [Vec<FrameCost>; 2] {
+        let refit: Vec<[f64; 2]> = (0..20).map(|frame| [1.0, 100.0 + 5.0 * f64::from(frame)]).collect();
+        [costs(&refit), costs(&[[11.0, 100.0]; 20])]
     }
 
     #[test]
-    fn rebuilding_pays_once_rays_lose_more_than_a_build() {
-        let refit = costs([[1.0, 100.0], [1.0, 110.0], [1.0, 150.0]]);
-        let rebuild = costs([[11.0, 100.0], [11.0, 100.0], [11.0, 100.0]]);
-        // 10 ms more for 10 ns and 50 ns less: a million rays, and 200,000.
-        let break_even = |frame: usize| break_even_rays(&refit[frame], &rebuild[frame]);
-        assert_eq!([0, 1, 2].map(break_even), [None, Some(1e6), Some(2e5)]);
-        let at = |rays| pays_from(&refit, &rebuild, rays);
-        assert_eq!([1e5, 3e5, 9e5, 2e6].map(at), [None, Some(2), Some(2), Some(1)]);
-        let both = [refit.clone(), rebuild.clone()];
-        assert_eq!(cheapest(&both, 1e5), [0, 0, 0]);
-        assert_eq!(cheapest(&both, 3e5), [0, 0, 1]);
-        assert_eq!(cheapest(&both, 2e6), [0, 1, 1]);
-        assert_eq!(cheapest(&[refit.clone(), rebuild[..1].to_vec()], 2e6), [0], "of whole frames only");
-        assert_eq!(break_even_rays(&rebuild[2], &FrameCost { ready_ms: 2.0, ray_ns: 1.0, ..refit[0] }), Some(0.0));
+    fn rebuilding_pays_from_a_frame_on_only_where_it_does_in_each_to_the_end() {
+        let [mut refit, rebuild] = clip();
+        // 10 ms more for 5 ns less a frame: with 200,000 rays beyond the tenth frame.
+        assert_eq!(pays_from(&refit, &rebuild, 2e5), Some(11));
+        assert_eq!(cheaper_in(&refit, &rebuild, 2e5), 9);
+        refit[15].ray_ns = 100.0;
+        assert_eq!(pays_from(&refit, &rebuild, 2e5), None, "four frames are chance");
+        assert_eq!(cheaper_in(&refit, &rebuild, 2e5), 8);
+        assert_eq!(pays_from(&refit, &rebuild, 1e9), None);
+        assert_eq!(pays_from(&refit, &refit, 1e9), None);
+    }
+
+    #[test]
+    fn break_even_follows_from_the_rows() {
+        let [refit, rebuild] = clip();
+        // 10 ms over 0, 5, … 95 ns: infinite, 2e6, … 2e6 / 19; the median between 2e6 / 9 and 2e6 / 10, and 4 left out at each end.
+        let found = break_even(&refit, &rebuild).unwrap();
+        assert!((found.rays - 2e6 * (1.0 / 9.0 + 0.1) / 2.0).abs() < 1e-3, "{found:?}");
+        let [least, most] = found.interval.unwrap();
+        assert!((least - 2e6 / 16.0).abs() < 1e-3 && (most - 2e6 / 3.0).abs() < 1e-3, "{found:?}");
+        assert_eq!(found.frames, 20);
+        assert_eq!(break_even(&rebuild, &refit).map(|found| found.rays), Some(f64::INFINITY));
+        assert_eq!(break_even(&refit[..3], &rebuild[..3]).and_then(|found| found.interval), None);
+        assert_eq!(break_even(&[], &[]), None);
+    }
+
+    #[test]
+    fn the_least_time_is_decided_frame_by_frame() {
+        let [refit, rebuild] = clip();
+        let noise = |frames: &[FrameCost], steps: [f64; 2]| -> Vec<FrameCost> {
+            let step = |cost: &FrameCost| steps[cost.frame % 2];
+            frames.iter().map(|cost| FrameCost { ready_ms: cost.ready_ms + step(cost), ..*cost }).collect()
+        };
+        // In turn better and worse than refitting; and steadily worse, but for one frame that was disturbed.
+        let alike = noise(&refit, [0.1, -0.1]);
+        let mut worse = noise(&refit, [0.2, 0.2]);
+        worse[3].ready_ms = 0.5;
+        let all = [rebuild.clone(), refit.clone(), alike, worse];
+        assert_eq!(least(&all, 1e3), Some(Least { policy: 1, rivals: vec![2] }));
+        assert_eq!(cheapest(&all[..2], 2e5), [[1; 10].as_slice(), &[0; 10]].concat());
+        assert_eq!(cheapest(&[rebuild[..1].to_vec(), refit.clone()], 1e9), [1], "of whole frames only");
+        assert_eq!(least(&all[..1], 1e3), None);
         assert!(cheapest(&[], 1.0).is_empty());
-    }
-
-    #[test]
-    fn noise_decides_nothing() {
-        let noisy = |of: [[f64; 2]; 3], tests: f64| {
-            let cost = |cost: FrameCost| FrameCost { ray_spread_ns: Some(30.0), tests: Some(tests), ..cost };
-            costs(of).into_iter().map(cost).collect::<Vec<_>>()
-        };
-        // Rays seem slower and faster in turn; an update was disturbed.
-        let refit = noisy([[1.0, 120.0], [40.0, 100.0], [1.0, 120.0]], 20.0);
-        let rebuild = noisy([[3.0, 100.0], [3.0, 120.0], [3.0, 100.0]], 20.0);
-        assert_eq!(pays_from(&refit, &rebuild, 1e9), None, "a ray has as many tests");
-        assert_eq!(cheapest(&[refit.clone(), rebuild.clone()], 1e9), [0; 3]);
-        assert_eq!(break_even_rays(&mean(&refit).unwrap(), &mean(&rebuild).unwrap()), None);
-        let fewer = noisy([[3.0, 100.0], [3.0, 120.0], [3.0, 100.0]], 10.0);
-        assert_eq!(pays_from(&refit, &fewer, 1e6), Some(0), "counts decide");
-        // Beyond the spread, times do.
-        let slow = noisy([[1.0, 200.0], [1.0, 200.0], [1.0, 200.0]], 20.0);
-        assert_eq!(break_even_rays(&mean(&slow).unwrap(), &FrameCost { ray_ns: 100.0, ..rebuild[0] }), Some(2e4));
     }
 }

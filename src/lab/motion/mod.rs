@@ -7,5 +7,5 @@ mod study;
 mod animate;
 
 pub use animate::{AnimatePlan, animate};
-pub use break_even::{FrameCost, break_even_rays, cheapest, mean, pays_from};
-pub use study::{MAX_FRAMES, MotionPlan, MotionRow, MotionStudy};
+pub use break_even::{BreakEven, FrameCost, Least, break_even, cheaper_in, cheapest, factor, least, pays_from};
+pub use study::{FrameRounds, MAX_FRAMES, MotionPlan, MotionRow, MotionStudy};

@@ -1,12 +1,15 @@
 //! The study: a tree for each policy, and its numbers in one frame after another.
 
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use super::break_even::FrameCost;
 use crate::accel::{Accel, EPO_SAMPLES, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
-use crate::lab::measure::LabError;
+use crate::lab::measure::{LabError, turns};
+use crate::lab::measurement::millis;
 use crate::lab::population::{MeasuredRays, Population, ViewRays};
 use crate::scene::{Moment, Motion, Pose, Scene, Warnings};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -17,7 +20,6 @@ use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::{AnyTree, BuildError, TreeStats, WideBvh};
 
 /// Frames at most.
@@ -40,7 +42,7 @@ pub struct MotionPlan {
     pub rays: Vec<ViewRays>,
     /// Instructions of the timed rays.
     pub simd: SimdLevel,
-    /// Number of times that rays are traced to take the median.
+    /// Number of rounds of each frame, in which each tree is updated and traced once.
     pub repeat: usize,
 }
 
@@ -77,8 +79,12 @@ pub struct MotionRow {
     pub frame: usize,
     /// Time of the clip in seconds.
     pub seconds: f32,
-    /// Times of its update, and what that did.
+    /// What its update did; its times are those of the last round.
     pub update: Update,
+    /// Times of each round.
+    pub rounds: FrameRounds,
+    /// Wall-clock time of everything before the first frame.
+    pub preparation: Duration,
     /// Statistics of the binary tree, with its SAH cost.
     pub stats: TreeStats,
     /// Bytes of the binary tree.
@@ -87,15 +93,45 @@ pub struct MotionRow {
     pub epo: EndPointOverlap,
     /// Tests and cost of the rays of each population, in the order of the plan.
     pub rays: Vec<MeasuredRays>,
-    /// Wall-clock time of a ray of the first population through the wide tree in nanoseconds, all threads together; 0 without rays.
-    pub ray_ns: f64,
-    /// Fastest and slowest repetition of that; `None` where it was measured once.
-    pub ray_spread_ns: Option<[f64; 2]>,
     /// Warnings of the model at this moment.
     pub warnings: Warnings,
 }
 
+/// Times of a tree in a frame in each round.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrameRounds {
+    /// Of updating the binary tree, in milliseconds.
+    pub update_ms: Vec<f64>,
+    /// Until rays can be traced, in milliseconds.
+    pub ready_ms: Vec<f64>,
+    /// Wall-clock time of a ray of the first population through the wide tree in nanoseconds, all threads together; empty without rays.
+    pub ray_ns: Vec<f64>,
+}
+
+impl FrameRounds {
+    fn push(&mut self, update: &Update, ray_ns: Option<f64>) {
+        self.update_ms.push(millis(update.tree_time));
+        self.ready_ms.push(millis(update.ready_time()));
+        self.ray_ns.extend(ray_ns);
+    }
+}
+
 impl MotionRow {
+    /// Median time until rays can be traced in milliseconds.
+    pub fn ready_ms(&self) -> f64 {
+        Times::of(self.rounds.ready_ms.clone()).ms
+    }
+
+    /// Median time of a ray of the first population in nanoseconds; 0 without rays.
+    pub fn ray_ns(&self) -> f64 {
+        Times::of(self.rounds.ray_ns.clone()).ms
+    }
+
+    /// Both, by which policies are compared.
+    pub fn cost(&self) -> FrameCost {
+        FrameCost { frame: self.frame, ready_ms: self.ready_ms(), ray_ns: self.ray_ns() }
+    }
+
     /// Containers and triangles that a ray of the first population is tested against, on average over all of them.
     pub fn tests_per_ray(&self) -> Option<f64> {
         self.rays.first()?.tests_per_ray
@@ -136,7 +172,8 @@ impl MotionStudy {
         Ok(Self { scene: Arc::clone(scene), motion, plan, followers, next: 0 })
     }
 
-    /// The rows of the next frame, one for each policy, in the calling thread's rayon pool; `None` after the last.
+    /// The rows of the next frame, one for each policy, in the calling thread's rayon pool; `None` after the last. In each round each tree
+    /// of the frame before is updated and traced in turn, of which the last round's stay.
     pub fn next_frame(&mut self, token: &CancelToken) -> Result<Option<Vec<MotionRow>>, LabError> {
         let frame = self.next;
         if frame >= self.plan.frames {
@@ -146,26 +183,43 @@ impl MotionStudy {
         let moment = self.plan.moment(&self.motion, frame);
         let scene = Arc::new(self.scene.at(moment, token).map_err(BuildError::from)?);
         let mut lists: Vec<Option<Vec<Ray>>> = vec![None; self.plan.rays.len()];
-        let count = self.followers.len();
+        let (count, repeat) = (self.followers.len(), self.plan.repeat.max(1));
+        let mut rounds = vec![FrameRounds::default(); count];
+        let mut updates = vec![Update::default(); count];
+        for round in 0..repeat {
+            for (turn, index) in turns(round, count).enumerate() {
+                let token = &token.part(round * count + turn, repeat * count + count);
+                token.check()?;
+                let mut copy;
+                let follower = if round + 1 < repeat {
+                    copy = self.followers[index].clone();
+                    &mut copy
+                } else {
+                    &mut self.followers[index]
+                };
+                updates[index] = follower.follow(&scene.triangles, token)?;
+                let ray_ns = self.plan.traced(&scene, follower).time(&mut lists, token)?;
+                rounds[index].push(&updates[index], ray_ns);
+                token.set_progress(1.0);
+            }
+        }
         let mut rows = Vec::with_capacity(count);
-        for (index, follower) in self.followers.iter_mut().enumerate() {
-            let token = &token.part(index, count);
+        for (index, (follower, (update, rounds))) in
+            self.followers.iter().zip(updates.into_iter().zip(rounds)).enumerate()
+        {
+            let token = &token.part(repeat * count + index, repeat * count + count);
             token.check()?;
-            let update = follower.follow(&scene.triangles, token)?;
-            let traced =
-                Traced { scene: &scene, tree: follower.tree(), wide: follower.wide(), build: &self.plan.build };
-            let (rays, ray) = traced.measure(&self.plan, &mut lists, token)?;
             rows.push(MotionRow {
                 policy: follower.policy(),
                 frame,
                 seconds: moment.seconds,
                 update,
+                rounds,
+                preparation: follower.preparation(),
                 stats: tree_stats(follower.tree(), token)?,
                 tree_bytes: follower.tree().bytes(),
                 epo: end_point_overlap(follower.tree(), &scene.triangles, EPO_SAMPLES, token)?,
-                rays,
-                ray_ns: ray.ms,
-                ray_spread_ns: ray.spread,
+                rays: self.plan.traced(&scene, follower).count(&mut lists, token)?,
                 warnings: scene.warnings.clone(),
             });
             token.set_progress(1.0);
@@ -195,70 +249,64 @@ fn sampled_poses(
 
 /// A tree of a frame that is measured.
 struct Traced<'a> {
+    plan: &'a MotionPlan,
     scene: &'a Arc<Scene>,
     tree: &'a AnyTree,
     wide: &'a WideBvh,
-    build: &'a BuildSettings,
+}
+
+impl MotionPlan {
+    fn traced<'a>(&'a self, scene: &'a Arc<Scene>, follower: &'a Follower) -> Traced<'a> {
+        Traced { plan: self, scene, tree: follower.tree(), wide: follower.wide() }
+    }
 }
 
 impl Traced<'_> {
-    /// Counts the tests of the rays of each population, and times those of the first. `lists` keeps rays that are the same in every tree of
-    /// the frame.
-    fn measure(
-        &self,
-        plan: &MotionPlan,
-        lists: &mut [Option<Vec<Ray>>],
-        token: &CancelToken,
-    ) -> Result<(Vec<MeasuredRays>, Times), Cancelled> {
+    /// Counts the tests of the rays of each population. `lists` keeps rays that are the same in every tree of the frame.
+    fn count(&self, lists: &mut [Option<Vec<Ray>>], token: &CancelToken) -> Result<Vec<MeasuredRays>, Cancelled> {
         let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
-        let (mut measured, mut ray) = (Vec::new(), Times::single(0.0));
-        for (at, (rays, list)) in plan.rays.iter().zip(lists).enumerate() {
-            let own;
-            let list: &[Ray] = if rays.population() == Population::Random {
-                own = rays.random_lines(self.tree);
-                &own
-            } else {
-                let known = match list.take() {
-                    Some(known) => known,
-                    // By any tree: all hit the same.
-                    None => rays.list(&self.accel(token)?, token)?,
-                };
-                list.insert(known)
-            };
-            measured.push(rays.visits(self.scene, self.tree, &triangles, list, token)?.sums);
-            if at == 0 {
-                ray = time_of_ray(&self.wide.tree, list, plan.simd, plan.repeat, token)?;
-            }
+        let rays = self.plan.rays.iter().zip(lists);
+        let sums = rays.map(|(rays, known)| {
+            let list = self.list(rays, known, token)?;
+            Ok(rays.visits(self.scene, self.tree, &triangles, &list, token)?.sums)
+        });
+        sums.collect()
+    }
+
+    /// Wall-clock time in nanoseconds of finding the nearest hit of a ray of the first population, all threads together; `None` without
+    /// rays.
+    fn time(&self, lists: &mut [Option<Vec<Ray>>], token: &CancelToken) -> Result<Option<f64>, Cancelled> {
+        let Some((rays, known)) = self.plan.rays.first().zip(lists.first_mut()) else { return Ok(None) };
+        let list = self.list(rays, known, token)?;
+        if list.is_empty() {
+            return Ok(None);
         }
-        Ok((measured, ray))
-    }
-
-    /// The tree as pictures take it, copied.
-    fn accel(&self, token: &CancelToken) -> Result<Arc<Accel>, Cancelled> {
-        Ok(Arc::new(Accel::with_tree(self.scene, self.build, self.tree.clone(), token)?))
-    }
-}
-
-/// Wall-clock times in nanoseconds, instead of milliseconds, of finding the nearest hit of a ray, all threads together.
-fn time_of_ray(
-    wide: &AnyWideTree,
-    rays: &[Ray],
-    simd: SimdLevel,
-    repeat: usize,
-    token: &CancelToken,
-) -> Result<Times, Cancelled> {
-    if rays.is_empty() {
-        return Ok(Times::single(0.0));
-    }
-    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    let mut times = Vec::with_capacity(repeat);
-    for _ in 0..repeat.max(1) {
+        let mut hits: Vec<Option<Hit>> = vec![None; list.len()];
         let start = Instant::now();
-        par_tasks(rays.chunks(RAYS_PER_TASK).zip(hits.chunks_mut(RAYS_PER_TASK)), token, |(rays, hits), _| {
-            wide.closest_hits(simd.level(), rays, hits);
+        par_tasks(list.chunks(RAYS_PER_TASK).zip(hits.chunks_mut(RAYS_PER_TASK)), token, |(rays, hits), _| {
+            self.wide.tree.closest_hits(self.plan.simd.level(), rays, hits);
             Ok(())
         })?;
-        times.push(start.elapsed().as_secs_f64() * 1e9 / rays.len() as f64);
+        Ok(Some(start.elapsed().as_secs_f64() * 1e9 / list.len() as f64))
     }
-    Ok(Times::of(times))
+
+    /// The rays of a population in this tree.
+    fn list<'a>(
+        &self,
+        rays: &ViewRays,
+        known: &'a mut Option<Vec<Ray>>,
+        token: &CancelToken,
+    ) -> Result<Cow<'a, [Ray]>, Cancelled> {
+        if rays.population() == Population::Random {
+            return Ok(rays.random_lines(self.tree).into());
+        }
+        let list = if let Some(list) = known.take() {
+            list
+        } else {
+            // By any tree: all hit the same.
+            let tree = Accel::with_tree(self.scene, &self.plan.build, self.tree.clone(), token)?;
+            rays.list(&Arc::new(tree), token)?
+        };
+        Ok(Cow::from(&known.insert(list)[..]))
+    }
 }

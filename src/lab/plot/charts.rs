@@ -323,7 +323,7 @@ mod tests {
         let figure = crate::lab::plot::Figure::of_rows(&[row("aac", 9.0)]).unwrap();
         assert!(figure.notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', boxes."), "{:?}", figure.notes);
         assert_eq!(figure.notes[1], "On abacus, bvhscope 0.0.1.");
-        assert_eq!(figure.notes[2], "Thin lines run from the fastest to the slowest repetition.");
+        assert_eq!(figure.notes[2], "Thin lines run between the quartiles of the rounds.");
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub fn notes(rows: &[Measurement], charts: &[Chart]) -> Vec<String> {
     // Thin lines without markers are predictions of speed-up, and policies of many frames.
     let has_predictions = rows.iter().any(|row| row.predicted_scaling.is_some());
     if has_spread(&|look| look != Look::Line || !has_predictions) {
-        notes.push("Thin lines run from the fastest to the slowest repetition.".to_owned());
+        notes.push("Thin lines run between the quartiles of the rounds.".to_owned());
     }
     if has_spread(&|look| look == Look::Line && has_predictions) {
         notes.push("Thin lines of predictions run from the worst to the best case.".to_owned());

@@ -22,6 +22,8 @@ pub struct ReportTable {
     pub notes: Vec<String>,
     /// For each column, where the better numbers are; missing ones have none.
     pub better: Vec<Option<Direction>>,
+    /// Indices of the columns whose best number is no better than another for certain.
+    pub undecided: Vec<usize>,
     /// For each row the index of its measurement, where each row is of one.
     pub sources: Vec<usize>,
 }

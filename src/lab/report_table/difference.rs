@@ -1,10 +1,12 @@
 //! The table of two trees side by side: each number of A, of B, and the difference with the word for its direction.
 
 use super::aligned::ReportTable;
-use super::format::{COSTS_DO_NOT_COMPARE, conditions_and_threads, costs, short};
+use super::format::{
+    COSTS_DO_NOT_COMPARE, INTERVALS, conditions_and_threads, costs, disturbed_text, factor_text, number, short,
+};
 use crate::catalog::numbers::{Compared, NUMBERS, Number};
 use crate::lab::measurement::Measurement;
-use crate::lab::quantity::{Verdict, verdict};
+use crate::lab::verdict::{Verdict, judge_rows};
 use crate::text::{count, factor};
 
 /// Both trees and their difference. The words say whether B is better than A.
@@ -18,6 +20,11 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
     let compared = NUMBERS.iter().filter_map(|number| Some((number, number.compared.as_ref()?)));
     table.rows.extend(compared.map(|(number, compared)| line(number, compared, a, b)));
     table.notes = [("A", a), ("B", b)].map(|(name, row)| format!("{name}: {}", settings(row))).to_vec();
+    let bases: Vec<String> = NUMBERS.iter().filter_map(|number| basis(number, a, b)).collect();
+    if !bases.is_empty() {
+        table.notes.extend(bases);
+        table.notes.push(INTERVALS.to_owned());
+    }
     table.notes.push(costs(&rows));
     if a.container != b.container {
         table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
@@ -25,9 +32,9 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
     table
 }
 
-fn line(number: &Number, compared: &Compared, a: &Measurement, b: &Measurement) -> Vec<String> {
-    let [before, now] = [a, b].map(|row| row.number(number));
-    let text = |value: f64| number.digits.text(value);
+fn line(of: &Number, compared: &Compared, a: &Measurement, b: &Measurement) -> Vec<String> {
+    let [before, now] = [a, b].map(|row| row.number(of));
+    let text = |value: f64| of.digits.text(value);
     let mut cells = vec![compared.name.to_owned(), text(before), text(now)];
     if a.container == b.container || compared.across_containers {
         let difference = now - before;
@@ -37,9 +44,7 @@ fn line(number: &Number, compared: &Compared, a: &Measurement, b: &Measurement) 
         } else {
             factor(before, now).unwrap_or_else(|| format!("{:+.1}", difference / before * 100.0))
         };
-        let word = match verdict(compared, a.reading(number), b.reading(number)) {
-            // One tree is as good as itself, however long its builds took.
-            _ if a.has_tree_of(b) => "same",
+        let word = match judge_rows(of, a, b).0 {
             Verdict::Different if !difference.is_nan() => "other",
             Verdict::Once => "measured once",
             verdict => verdict.word(),
@@ -49,6 +54,17 @@ fn line(number: &Number, compared: &Compared, a: &Measurement, b: &Measurement) 
         cells.extend([difference, percent, word.to_owned()]);
     }
     cells
+}
+
+/// What a time or speed is judged by: "build ms: B × 0.50, 0.48 to 0.52 over 9 rounds; A 19.00 to 21.00, B 9.000 to 10.00 (1 of 9 disturbed)".
+fn basis(of: &Number, a: &Measurement, b: &Measurement) -> Option<String> {
+    let compared = of.compared.as_ref().filter(|compared| compared.is_timed)?;
+    let factor = judge_rows(of, a, b).1?;
+    let [a, b] = [("A", a), ("B", b)].map(|(name, row)| {
+        let [lower, upper] = row.values.spread(of)?;
+        Some(format!("{name} {} to {}{}", number(lower), number(upper), disturbed_text(&row.reading(of).rounds)))
+    });
+    Some(format!("{}: B {}; {}, {}.", compared.name, factor_text(&factor), a?, b?))
 }
 
 /// The settings of a row as `diff` takes them.
@@ -73,12 +89,13 @@ mod tests {
         let mut b = sample().with(BUILD_MS, 9.0).with(MRAYS_PER_S, 4.625).with(NODES, 12_001).with(SAH_COST, 67.31);
         b.values.set(EPO, 196.0);
         b.values.set(TREE_HASH, "another");
-        b.values.set_spread(BUILD_MS, Some([8.0, 10.0]));
-        b.values.set_spread(MRAYS_PER_S, Some([4.0, 7.0]));
-        let table = difference_table(&[sample(), b]);
+        b.rounds =
+            rounds([8.0, 9.0, 10.0, 9.0, 9.0, 8.5, 9.5, 30.0, 9.0], [4.0, 5.0, 4.0, 5.0, 4.0, 5.0, 4.0, 5.0, 4.0]);
+        let a = Measurement { rounds: rounds([20.0; 9], [4.5; 9]), ..sample() };
+        let table = difference_table(&[a, b]);
         let row = |name: &str| table.rows.iter().find(|row| row[0] == name).map(|row| row[1..].join(" "));
         assert_eq!(row("build ms").as_deref(), Some("20.00 9.000 -11.00 -55.0 better"));
-        assert_eq!(row("speed Mray/s").as_deref(), Some("2.312 4.625 +2.312 +100.0 within noise"));
+        assert_eq!(row("speed Mray/s").as_deref(), Some("2.312 4.625 +2.312 +100.0 not decided"));
         assert_eq!(row("EPO").as_deref(), Some("0.875 196.0 +195.1 × 224 worse"));
         assert_eq!(row("SAH cost").as_deref(), Some("67.30 67.31 +0.010 +0.0 same"));
         assert_eq!(row("nodes").as_deref(), Some("14,001 12,001 -2,000 -14.3 other"));
@@ -86,14 +103,21 @@ mod tests {
         let settings =
             "A: builder=aac container=box threshold=11 epsilon=0.25 curve=hilbert optimize=collapse rounds=13";
         assert_eq!(table.notes[0], settings);
+        assert_eq!(
+            table.notes[2],
+            "build ms: B × 0.450, 0.425 to 0.500 over 9 rounds; A 17.00 to 23.00, B 17.00 to 23.00 (1 of 9 disturbed)."
+        );
+    }
+
+    fn rounds(build: [f64; 9], trace: [f64; 9]) -> std::collections::BTreeMap<String, Vec<f64>> {
+        [("build_ms", build), ("wide_trace_ms", trace)].map(|(key, rounds)| (key.to_owned(), rounds.to_vec())).into()
     }
 
     /// However much the times of two builds of it differ.
     #[test]
     fn a_tree_is_never_better_or_worse_than_itself() {
         let mut b = sample().with(BUILD_MS, 2.0).with(MRAYS_PER_S, 9.0);
-        b.values.set_spread(BUILD_MS, Some([1.9, 2.1]));
-        b.values.set_spread(MRAYS_PER_S, Some([8.9, 9.1]));
+        b.rounds = rounds([2.0; 9], [1.0; 9]);
         let table = difference_table(&[sample(), b]);
         assert!(table.rows.iter().all(|row| row[5] == "same"), "{table}");
     }

@@ -3,6 +3,8 @@
 use super::format::{models, name_among};
 use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
 use crate::lab::measurement::Measurement;
+use crate::lab::verdict::{Factor, Order};
+use crate::text::counted;
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::wide::{WideContainer, WideNode};
@@ -32,14 +34,28 @@ fn finding(boxes: &Measurement, other: &Measurement) -> Option<String> {
             parts.push(format!("{} of {} rays", change(ratio)?, rays.population.name()));
         }
     }
-    let price = other.number(TRACE_MS) / boxes.number(TRACE_MS) / of_picture;
-    let price = if price.is_finite() { format!(", at {price:.2} times the price of a test") } else { String::new() };
+    let price = price(boxes, other, of_picture).map_or_else(String::new, |price| format!(", {price},"));
     let [node, of_boxes] = [other.container, boxes.container].map(node_bytes);
     Some(format!(
         "{} take {}{price} and {node} bytes for a node of the wide tree instead of {of_boxes}",
         other.container.plural(),
         parts.join(", ")
     ))
+}
+
+/// "at 1.60 times the price of a test (1.55 to 1.66 over 9 rounds)": the factor of the trace times over that of the counts. `None` where both
+/// were traced once; without a number where its rounds do not say on which side of 1 it is.
+fn price(boxes: &Measurement, other: &Measurement, tests: f64) -> Option<String> {
+    let scaled: Vec<f64> = other.rounds_of(TRACE_MS).iter().map(|ms| ms / tests).collect();
+    let factor = Factor::of(boxes.rounds_of(TRACE_MS), &scaled, Order::InTurn)?;
+    match factor.interval.filter(|_| factor.decided().is_some()) {
+        Some([least, most]) => Some(format!(
+            "at {:.2} times the price of a test ({least:.2} to {most:.2} over {})",
+            factor.median,
+            counted(factor.count as u64, "rounds")
+        )),
+        None => Some(format!("at a price of a test that {} do not decide", counted(factor.count as u64, "rounds"))),
+    }
 }
 
 /// Size of a node of the wide tree.
@@ -76,15 +92,21 @@ mod tests {
             ..sample().populations.swap_remove(0)
         };
         let row = |container, trace_ms: f64, tests: f64, rays| {
-            Measurement { container, populations: vec![rays], ..sample() }
+            let traces = (0..9).map(|round| trace_ms * (1.0 + 0.01 * f64::from(round))).collect();
+            let rounds = std::iter::once(("trace_ms".to_owned(), traces)).collect();
+            Measurement { container, populations: vec![rays], rounds, ..sample() }
                 .with(TRACE_MS, trace_ms)
                 .with(TESTS_PER_RAY, tests)
         };
         let boxes = row(ContainerKind::Aabb, 50.0, 20.0, rays(50.5));
         let dops = row(ContainerKind::Dop14, 60.0, 15.0, rays(25.25));
         let expected = "thing.obj: 14-DOPs take 25 % fewer tests of the picture's rays, 50 % fewer of bounce rays, at 1.60 \
-                        times the price of a test and 480 bytes for a node of the wide tree instead of 224.";
+                        times the price of a test (1.60 to 1.60 over 9 rounds), and 480 bytes for a node of the wide tree instead of 224.";
         assert_eq!(findings(&[boxes.clone(), dops.clone()]), [expected]);
+        let mut noisy = dops.clone();
+        noisy.rounds.insert("trace_ms".to_owned(), vec![30.0, 60.0, 30.0, 60.0, 30.0, 60.0, 30.0, 60.0, 30.0]);
+        let found = findings(&[boxes.clone(), noisy]);
+        assert!(found[0].contains(", at a price of a test that 9 rounds do not decide, and 480"), "{found:?}");
         assert_eq!(change(3.54).as_deref(), Some("3.5 times as many"));
         assert_eq!(findings(&[dops, Measurement { container: ContainerKind::Sphere, ..boxes }]), Vec::<String>::new());
     }

@@ -4,14 +4,17 @@ use std::collections::HashSet;
 
 use super::aligned::ReportTable;
 use super::format::{
-    TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread, spread_note,
+    INTERVALS, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread,
+    spread_note,
 };
-use crate::catalog::numbers::rows::{BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP};
+use crate::catalog::numbers::rows::{
+    BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP, WIDE_TRACE_MS,
+};
 use crate::catalog::numbers::{Direction, NUMBERS, Number};
 use crate::catalog::settings::{Setting, parameters};
 use crate::lab::measurement::Measurement;
-use crate::lab::quantity::{Verdict, verdict};
-use crate::text::count;
+use crate::lab::verdict::{Order, Verdict, base_of, has_fastest, judge_rows, sort_by_speed};
+use crate::text::{count, counted};
 
 /// Note of the column "ready".
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
@@ -32,6 +35,9 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     for (number, (name, unit)) in columns() {
         table.columns.push((name.to_owned(), unit.to_owned()));
         let compared = number.compared.filter(|compared| compared.across_containers || kinds.len() == 1);
+        if !has_best(number, rows) {
+            table.undecided.push(table.better.len());
+        }
         table.better.push(compared.and_then(|compared| compared.better));
         table.columns.extend(number.spread.map(|_| ("spread".to_owned(), "%".to_owned())));
         table.better.resize(table.columns.len(), None);
@@ -54,8 +60,8 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     table
 }
 
-/// The trees of each scene and kind of container, the fastest first, with a column for their speed over that of the preset Fast,
-/// or else of the first that was measured.
+/// The trees of each scene and kind of container, the faster before the slower as far as that is decided, with a column for their speed
+/// over that of the preset Fast, or else of the first that was measured.
 pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
     let is_like = |row: &Measurement, other: &Measurement| row.model == other.model && row.container == other.container;
     let mut groups: Vec<Vec<(usize, &Measurement)>> = Vec::new();
@@ -67,42 +73,76 @@ pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
     }
     let (mut relative, mut notes) = (Vec::new(), Vec::new());
     for group in &mut groups {
-        let base = group.iter().find(|(_, row)| row.preset.as_deref() == Some("fast")).unwrap_or(&group[0]).1;
-        group.sort_by(|(_, a), (_, b)| b.number(MRAYS_PER_S).total_cmp(&a.number(MRAYS_PER_S)));
-        relative.extend(group.iter().map(|(_, row)| row.number(MRAYS_PER_S) / base.number(MRAYS_PER_S)));
-        notes.push(best_of(group[0].1, base, &models(rows)));
+        let Some(base) = base_of(group.iter().map(|(_, row)| *row)) else { continue };
+        sort_by_speed(group, |(_, row)| row);
+        relative.extend(group.iter().map(|(_, row)| relative_speed(base, row)));
+        notes.push(best_of(group, base, &models(rows)));
     }
     let (sources, sorted): (Vec<usize>, Vec<Measurement>) =
         groups.into_iter().flatten().map(|(index, row)| (index, row.clone())).unzip();
-    let mut table = list_table("Builders, the fastest to trace first", &sorted);
+    let mut table = list_table("Builders, the faster to trace before the slower, as far as that is decided", &sorted);
     table.sources = sources;
     table.columns.push(("relative".to_owned(), "speed".to_owned()));
+    table.undecided.extend((!has_best(MRAYS_PER_S, rows)).then_some(table.better.len()));
     table.better.push(Some(Direction::More));
     for (line, relative) in table.rows.iter_mut().zip(relative) {
-        line.push(if relative.is_finite() { format!("{relative:.2}") } else { "–".to_owned() });
+        line.push(relative);
     }
+    notes.push(format!("Relative speed: in brackets where it is not decided. {INTERVALS}"));
     table.notes.splice(0..0, notes);
     table
 }
 
-/// "teapot, box: best traces 1.31 times as fast as fast, and is the fastest".
-fn best_of(best: &Measurement, base: &Measurement, models: &[&str]) -> String {
+/// The median factor of the speeds of a tree and its base: "1.31", "(1.02)" where it is not decided, "the same tree".
+fn relative_speed(base: &Measurement, row: &Measurement) -> String {
+    let (verdict, factor) = judge_rows(MRAYS_PER_S, base, row);
+    if row == base {
+        return "1.00".to_owned();
+    }
+    match (verdict, factor) {
+        (Verdict::Same, _) => "the same tree".to_owned(),
+        (Verdict::Better | Verdict::Worse, Some(factor)) => format!("{:.2}", factor.median),
+        (_, Some(factor)) if factor.median.is_finite() => format!("({:.2})", factor.median),
+        _ => {
+            let once = row.number(MRAYS_PER_S) / base.number(MRAYS_PER_S);
+            if once.is_finite() { format!("({once:.2})") } else { "–".to_owned() }
+        }
+    }
+}
+
+/// "teapot, box: best is the fastest to trace, 1.31 times as fast as fast (1.28 to 1.33 over 9 rounds), which all are relative to"; and which
+/// others are not decidedly slower. `group` is sorted by speed.
+fn best_of(group: &[(usize, &Measurement)], base: &Measurement, models: &[&str]) -> String {
+    let best = group[0].1;
     let which = format!("{}, {}", name_among(&best.model, models), best.container.name());
     let (name, of) = (best.builder_name(), base.builder_name());
-    let compared =
-        MRAYS_PER_S.compared.map(|compared| verdict(&compared, base.reading(MRAYS_PER_S), best.reading(MRAYS_PER_S)));
-    let ratio = best.number(MRAYS_PER_S) / base.number(MRAYS_PER_S);
-    match compared {
-        _ if best == base => {
-            format!("{which}: no tree is traced faster than that of {of}, which the others are relative to.")
-        }
-        Some(Verdict::Noise) => {
-            format!("{which}: {name} is the fastest to trace, within noise of {of}, which all are relative to.")
-        }
-        _ => format!(
-            "{which}: {name} is the fastest to trace, {ratio:.2} times as fast as {of}, which all are relative to."
+    let is_slower = |row: &Measurement| judge_rows(MRAYS_PER_S, best, row).0 == Verdict::Worse;
+    let rivals: Vec<&Measurement> = group[1..].iter().map(|(_, row)| *row).filter(|row| !is_slower(row)).collect();
+    let (verdict, factor) = judge_rows(MRAYS_PER_S, base, best);
+    let interval = factor.and_then(|factor| Some((factor, factor.interval?)));
+    let against = match interval.filter(|_| verdict == Verdict::Better) {
+        Some((factor, [least, most])) => format!(
+            ", {:.2} times as fast as {of} ({least:.2} to {most:.2} over {}), which all are relative to",
+            factor.median,
+            counted(factor.count as u64, "rounds")
         ),
+        None => format!("; all are relative to {of}"),
+    };
+    if rivals.is_empty() && group.len() > 1 {
+        return format!("{which}: {name} is the fastest to trace{against}.");
     }
+    let names: Vec<String> = rivals.iter().map(|row| row.builder_name()).collect();
+    if names.is_empty() {
+        return format!("{which}: {name} alone was measured.");
+    }
+    format!("{which}: the fastest to trace is not decided between {name}, {}{against}.", names.join(", "))
+}
+
+/// Whether the best value of a number among `rows` is better than the others for certain, as each count is.
+fn has_best(number: &Number, rows: &[Measurement]) -> bool {
+    let timed = if number == MRAYS_PER_S { WIDE_TRACE_MS } else { number };
+    let times: Vec<&[f64]> = rows.iter().map(|row| row.rounds_of(timed)).collect();
+    times.iter().all(|rounds| rounds.is_empty()) || has_fastest(&times, Order::InTurn)
 }
 
 /// The numbers that have a column, each with its head.
@@ -164,6 +204,7 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::numbers::rows::TREE_HASH;
     use crate::catalog::settings::{CURVE, OPTIMIZE, Stated};
     use crate::lab::sample::sample;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind};
@@ -235,9 +276,10 @@ mod tests {
     #[test]
     fn compared_builders_come_by_speed_relative_to_the_fast_preset() {
         let row = |preset: &str, speed: f64| {
-            let (command, preset) = ("compare".to_owned(), Some(preset.to_owned()));
-            let mut row = Measurement { command, preset, ..sample().with(MRAYS_PER_S, speed) };
-            row.values.set_spread(MRAYS_PER_S, Some([speed - 0.1, speed + 0.1]));
+            let (command, preset) = ("compare".to_owned(), preset.to_owned());
+            let mut row = Measurement { command, ..sample().with(MRAYS_PER_S, speed) }.with(TREE_HASH, preset.clone());
+            let rounds = (0..9).map(|round| (1.0 + 0.1 * f64::from(round)) / speed).collect();
+            (row.preset, row.rounds) = (Some(preset), std::iter::once(("wide_trace_ms".to_owned(), rounds)).collect());
             row
         };
         let table = comparison_table(&[row("hq", 3.0), row("fast", 2.0), row("aac-fast", 1.0)]);
@@ -248,10 +290,25 @@ mod tests {
         assert_eq!(slow_first.sources, [1, 2, 0], "the measurement of each row");
         assert_eq!(
             table.notes[0],
-            "thing.obj, box: hq is the fastest to trace, 1.50 times as fast as fast, which all are relative to."
+            "thing.obj, box: hq is the fastest to trace, 1.50 times as fast as fast (1.50 to 1.50 over 9 rounds), which all are relative to."
         );
         let alone = comparison_table(&[row("fast", 2.0)]);
-        assert!(alone.notes[0].starts_with("thing.obj, box: no tree is traced faster than that of fast"));
+        assert_eq!(alone.notes[0], "thing.obj, box: fast alone was measured.");
+    }
+
+    #[test]
+    fn compared_builders_that_differ_by_noise_keep_their_order_and_have_no_fastest() {
+        let row = |preset: &str, hash: &str, times: [f64; 3]| {
+            let mut row = Measurement { command: "compare".to_owned(), ..sample() }.with(TREE_HASH, hash);
+            row.preset = Some(preset.to_owned());
+            row.rounds = std::iter::once(("wide_trace_ms".to_owned(), times.repeat(3))).collect();
+            row
+        };
+        let rows = [row("fast", "a", [4.0, 5.0, 6.0]), row("hq", "b", [5.0, 4.0, 6.0]), row("best", "a", [1.0; 3])];
+        let table = comparison_table(&rows);
+        let ends: Vec<_> = table.rows.iter().map(|row| (row[1].as_str(), row[row.len() - 1].as_str())).collect();
+        assert_eq!(ends[..2], [("fast", "1.00"), ("best", "the same tree")]);
+        assert_eq!(ends[2], ("hq", "(1.00)"));
     }
 
     #[test]

@@ -14,8 +14,8 @@ use crate::catalog::numbers::rows::{
 };
 use crate::lab::measurement::Measurement;
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
-use crate::lab::quantity::{Verdict, verdict};
-use crate::text::count;
+use crate::lab::verdict::{Verdict, judge_rows};
+use crate::text::{count, counted};
 use bvhscope_engine::tree::ContainerKind;
 
 /// A number with the name and unit of its column.
@@ -166,16 +166,21 @@ fn better_container(name: &str, number: &Number, [boxes, others]: [&Measurement;
     let [of_boxes, of_others] = [boxes, others].map(|row| row.number(number));
     let ratio = of_others.max(of_boxes) / of_others.min(of_boxes);
     let compared = number.compared?;
-    let (better, worse) = match verdict(&compared, others.reading(number), boxes.reading(number)) {
+    let (verdict, factor) = judge_rows(number, others, boxes);
+    let over = factor.map_or_else(String::new, |factor| format!(" over {}", counted(factor.count as u64, "rounds")));
+    let (better, worse) = match verdict {
         Verdict::Better => (boxes, others),
         Verdict::Worse => (others, boxes),
         Verdict::Once => return ratio.is_finite().then(|| format!("{name} measured once")),
-        Verdict::Same | Verdict::Noise => return Some(format!("{name} the same within noise")),
+        Verdict::Same => return Some(format!("{name} the same")),
+        Verdict::Undecided => return Some(format!("{name} not decided{over}")),
         Verdict::Different => return None,
     };
+    // Of pairs, as the verdict is.
+    let ratio = factor.map_or(ratio, |factor| factor.median.max(1.0 / factor.median));
     let times = if ratio >= 10.0 { format!("{ratio:.0}") } else { format!("{ratio:.2}") };
     let (word, row) = if compared.is_timed { ("fast", better) } else { ("many", worse) };
-    ratio.is_finite().then(|| format!("{name} {times} times as {word} with {}", row.container.plural()))
+    ratio.is_finite().then(|| format!("{name} {times} times as {word} with {}{over}", row.container.plural()))
 }
 
 /// The line of a tree from a file, under its kind of container; `None` for a tree that was built.
@@ -241,7 +246,7 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::BUILD_STAGES_MS;
+    use crate::catalog::numbers::rows::{BUILD_STAGES_MS, TREE_HASH};
     use crate::lab::sample::sample;
 
     fn row(model: &str, container: ContainerKind, build_ms: f64, trace_ms: f64, tests_per_ray: f64) -> Measurement {
@@ -250,6 +255,7 @@ mod tests {
             .with(TRACE_MS, trace_ms)
             .with(TESTS_PER_RAY, tests_per_ray)
             .with(TESTS_PER_ENTERING_RAY, tests_per_ray)
+            .with(TREE_HASH, container.name())
     }
 
     fn rows() -> Vec<Measurement> {
@@ -289,17 +295,18 @@ mod tests {
     fn a_sentence_names_the_better_container() {
         let of = |container, build: [f64; 3], tests| {
             let mut row = row("thing.obj", container, build[0], 50.0, tests);
-            row.values.set_spread(BUILD_MS, Some([build[1], build[2]]));
+            let rounds = (0..8).map(|round| build[1 + round % 2]).collect();
+            row.rounds = [("build_ms".to_owned(), rounds), ("wide_trace_ms".to_owned(), vec![4.0, 5.0, 4.0])].into();
             row
         };
         let rows =
             [of(ContainerKind::Aabb, [30.0, 29.0, 31.0], 20.0), of(ContainerKind::Sphere, [15.0, 14.5, 15.5], 50.0)];
-        let expected = "thing.obj: build 2.00 times as fast with spheres, tracing (Mray/s) the same within noise, tests \
+        let expected = "thing.obj: build 2.00 times as fast with spheres over 8 rounds, tracing (Mray/s) not decided over 3 rounds, tests \
                         per entering ray 2.50 times as many with spheres.";
         assert_eq!(conclusions(&rows), [expected]);
         let slow = of(ContainerKind::Sphere, [1989.0, 1980.0, 1999.0], 20.0);
         let text = conclusions(&[rows[0].clone(), slow]).concat();
-        assert!(text.contains("build 66 times as fast with boxes, "), "{text}");
+        assert!(text.contains("build 66 times as fast with boxes over 8 rounds, "), "{text}");
         assert!(trees_table(&rows).notes.iter().any(|note| note.contains("do not compare")));
         assert_eq!(conclusions(&rows[..1]), Vec::<String>::new());
     }

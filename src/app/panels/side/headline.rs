@@ -11,8 +11,8 @@ use crate::app::state::comparison::Comparison;
 use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
 use crate::app::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::{format, theme};
-use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY};
+use crate::catalog::numbers::{Number, millions_per_second};
 use crate::catalog::reading::Times;
 use crate::catalog::terms::{self, Term};
 
@@ -99,7 +99,7 @@ fn build_times(shown: &Presented) -> Option<Times> {
 }
 
 /// Both clocks of a build: the binary tree, whose time is the number, and all that rays need.
-fn build_tip(shown: Option<&Presented>) -> String {
+fn build_tip(shown: Option<&Presented>, second: Option<&Presented>) -> String {
     let ready = shown.and_then(|shown| shown.accel.reading().ready_ms);
     let ready = ready.map_or_else(String::new, |ready| {
         format!(". Ready to trace, with the wide tree that rays go through: {}", format::duration(milliseconds(ready)))
@@ -117,14 +117,45 @@ fn build_tip(shown: Option<&Presented>) -> String {
         }
         None => "built once; repeated once all is at rest".to_owned(),
     };
-    format!("Wall-clock time of the binary tree: {of}{ready}. Lower is better")
+    let of_tree = |(name, shown): (&str, Option<&Presented>)| {
+        let times = shown?.accel.whole_builds()?.times;
+        let [lower, upper] = times.spread?.map(|ms| format::duration(milliseconds(ms)));
+        Some(format!("\n{name}half of them from {lower} to {upper}, {}", times.count_text("builds")))
+    };
+    let names = if second.is_some() { ["A: ", "B: "] } else { [""; 2] };
+    let spreads: String = names.into_iter().zip([shown, second]).filter_map(of_tree).collect();
+    format!("Wall-clock time of the binary tree: {of}{ready}. Lower is better{spreads}")
 }
 
 fn milliseconds(ms: f64) -> Duration {
     Duration::from_secs_f64(ms.max(0.0) / 1e3)
 }
 
-/// The line below the build time: fastest and slowest of the repetitions, or the number of reused stages.
+/// The quartiles of the speed at rest; `None` until it is measured.
+fn speed_spread(shown: &Presented) -> Option<[String; 2]> {
+    let readings = shown.accel.at_rest()?;
+    let [lower, upper] = readings.traces.spread?;
+    Some([upper, lower].map(|ms| format::significant(millions_per_second(readings.rays, ms))))
+}
+
+/// How the speed was measured, with the spread of each tree.
+fn speed_tip(first: Option<&Presented>, second: Option<&Presented>) -> String {
+    let of_tree = |(name, shown): (&str, Option<&Presented>)| {
+        let readings = shown?.accel.at_rest()?;
+        let [least, most] = speed_spread(shown?)?;
+        Some(format!(
+            "\n{name}half of the rounds from {least} to {most} Mray/s, {}",
+            readings.traces.count_text("rounds")
+        ))
+    };
+    let names = if second.is_some() { ["A: ", "B: "] } else { [""; 2] };
+    let spreads: String = names.into_iter().zip([first, second]).filter_map(of_tree).collect();
+    format!(
+        "Primary rays per second through the wide tree, in millions, without shading, in a view of 1024×1024 pixels that frames the model: the median of rounds at rest, two trees in turn. Higher is better{spreads}"
+    )
+}
+
+/// The line below the build time: lower and upper quartile of the repetitions, or the number of reused stages.
 fn build_remark(shown: &Presented) -> Option<String> {
     let spread = shown.accel.whole_builds().and_then(|builds| builds.times.spread);
     let spread = spread.map(|ends| {
@@ -150,8 +181,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
     let tests = shown.and_then(|shown| shown.accel.entering()).map(|counts| counts.tests);
-    // Zero before the first picture.
-    let speed = shown.map(|_| state.mrays_per_s()).filter(|speed| *speed > 0.0).map(format::significant);
+    let speed = shown.and_then(|shown| shown.numbers().value(MRAYS_PER_S)).map(format::significant);
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();
     let of_second = |quantity: &'static Number| {
@@ -162,11 +192,6 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
         let scale = format::duration_scale(milliseconds(first.ms));
         build_times(other).map_or_else(|| "–".to_owned(), |times| format::significant(times.ms / 1e3 * scale))
     });
-    // The second picture has no speed of the last second, so both are those at rest.
-    let speed = match (shown, other) {
-        (Some(shown), Some(_)) => Some(shown.numbers().value(MRAYS_PER_S).map_or_else(unknown, format::significant)),
-        _ => speed,
-    };
     [
         Tile {
             quantity: BUILD_MS,
@@ -175,7 +200,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             second: second_build,
             unit,
             remark: shown.and_then(build_remark),
-            tip: build_tip(shown),
+            tip: build_tip(shown, other),
             term: &terms::BUILD_TIME,
         },
         Tile {
@@ -208,9 +233,8 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             number: speed.unwrap_or_else(unknown),
             second: of_second(MRAYS_PER_S),
             unit: "Mray/s",
-            remark: None,
-            tip: "Primary rays per second, in millions, shading included: the median of the passes. Higher is better"
-                .to_owned(),
+            remark: shown.and_then(speed_spread).map(|[least, most]| format!("{least} to {most}")),
+            tip: speed_tip(shown, other),
             term: &terms::MRAYS_PER_SECOND,
         },
     ]

@@ -138,7 +138,7 @@ fn build_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let longest = stages.iter().map(|(_, time)| *time).max().unwrap_or_default();
     for (name, time) in stages {
         let costs = report.stages.cost_change(name);
-        stage_row(ui, name, Some(*time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
+        stage_row(ui, name, Some(time), time.as_secs_f64() / longest.as_secs_f64().max(1e-12), costs);
     }
     annealed(ui, state, &report.stages.annealing);
     numbers(ui, state, shown, Section::Build);
@@ -280,7 +280,7 @@ type SeenChanges = HashMap<&'static str, Seen>;
 /// compare.
 pub(super) fn recent_change(ui: &Ui, shown: &Presented, number: &Number) -> Option<(f64, f64, Verdict)> {
     let id = Id::unique("recent changes");
-    let Comparison::Change { before, now, verdict } = shown.compare(number) else {
+    let Comparison::Change { before, now, verdict, .. } = shown.compare(number) else {
         ui.data_mut(|data| data.get_temp_mut_or_default::<SeenChanges>(id).remove(number.key));
         return None;
     };
@@ -294,7 +294,7 @@ pub(super) fn recent_change(ui: &Ui, shown: &Presented, number: &Number) -> Opti
         seen.since
     });
     let left = SHOWN_SECS - (time - since);
-    if left <= 0.0 || matches!(verdict, Verdict::Same | Verdict::Noise) {
+    if left <= 0.0 || matches!(verdict, Verdict::Same | Verdict::Undecided | Verdict::Once) {
         return None;
     }
     ui.ctx().request_repaint_after_secs(left as f32 + 0.05);

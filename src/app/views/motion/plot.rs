@@ -5,11 +5,11 @@ use egui::{
     vec2,
 };
 
-use super::state::{MotionQuantity, MotionView, PolicyCurve, frame_cost};
+use super::state::{MotionQuantity, MotionView, PolicyCurve};
 use crate::app::state::AppState;
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::{format, theme};
-use crate::lab::motion::{FrameCost, MotionRow, cheapest, pays_from};
+use crate::lab::motion::{FrameCost, MotionRow, cheaper_in, cheapest, factor, least, pays_from};
 use crate::lab::plot::{Axis, COLORS, Scale};
 use crate::scene::Moment;
 use bvhscope_engine::follow::Policy;
@@ -174,10 +174,10 @@ fn band(ui: &mut Ui, state: &mut AppState, axes: &Axes, drawn: &[&PolicyCurve], 
 
 /// The times of each policy, frame by frame.
 fn costs(drawn: &[&PolicyCurve]) -> Vec<Vec<FrameCost>> {
-    drawn.iter().map(|curve| curve.rows.iter().map(frame_cost).collect()).collect()
+    drawn.iter().map(|curve| curve.rows.iter().map(MotionRow::cost).collect()).collect()
 }
 
-/// In how many frames each policy is the cheapest, and when rebuilding pays.
+/// In how many frames each policy is the cheapest, which takes the least time for certain, and when rebuilding pays.
 fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve], start: f32) {
     let costs = costs(drawn);
     let best = cheapest(&costs, rays);
@@ -186,17 +186,34 @@ fn findings(ui: &mut Ui, rays: f64, drawn: &[&PolicyCurve], start: f32) {
         (count > 0).then(|| format!("{} in {count}", curve.policy.label()))
     });
     let counted = counted.collect::<Vec<_>>().join(", ");
-    let of = |policy: Policy| drawn.iter().position(|curve| curve.policy == policy).map(|index| &costs[index]);
-    let pays = of(Policy::Refit).zip(of(Policy::Rebuild)).map(|(refit, rebuild)| pays_from(refit, rebuild, rays));
-    let pays = match pays {
-        Some(Some(frame)) => {
-            let seconds = drawn[0].rows.get(frame).map_or(0.0, |row| since_start(row, start));
-            format!(". Rebuilding pays over refitting from frame {frame} on, at {seconds:.2} s")
+    let name = |policy: usize| drawn[policy].policy.label();
+    let least = least(&costs, rays).map_or_else(String::new, |least| match least.rivals[..] {
+        [] => format!(". {} takes the least time", name(least.policy)),
+        ref rivals => {
+            let names: Vec<&str> = std::iter::once(least.policy).chain(rivals.iter().copied()).map(name).collect();
+            format!(". Which takes the least time is not decided between {}", names.join(", "))
         }
-        Some(None) => ". Rebuilding never pays over refitting".to_owned(),
-        None => String::new(),
-    };
+    });
+    let of = |policy: Policy| drawn.iter().position(|curve| curve.policy == policy).map(|index| &costs[index]);
+    let pays = of(Policy::Refit).zip(of(Policy::Rebuild)).map_or_else(String::new, |(refit, rebuild)| {
+        let seconds = |frame: usize| drawn[0].rows.get(frame).map_or(0.0, |row| since_start(row, start));
+        pays_text(refit, rebuild, rays, &seconds)
+    });
     let million = format::significant(rays / 1e6);
-    let text = format!("Cheapest with {million} million rays a frame: {counted} of {} frames{pays}", best.len());
+    let text = format!("Cheapest with {million} million rays a frame: {counted} of {} frames{least}{pays}", best.len());
     ui.add(egui::Label::new(RichText::new(text).color(theme::palette(ui).dim)).wrap());
+}
+
+/// When rebuilding pays over refitting, as far as that is decided.
+fn pays_text(refit: &[FrameCost], rebuild: &[FrameCost], rays: f64, seconds: &dyn Fn(usize) -> f64) -> String {
+    let (count, frames) = (cheaper_in(refit, rebuild, rays), refit.len().min(rebuild.len()));
+    if let Some(frame) = pays_from(refit, rebuild, rays) {
+        return format!(". Rebuilding pays over refitting from frame {frame}, at {:.2} s, to the end", seconds(frame));
+    }
+    let decided = factor(refit, rebuild, rays).and_then(|factor| factor.decided());
+    match (decided, count) {
+        (_, 0) => ". Rebuilding never pays over refitting".to_owned(),
+        (Some(_), _) => format!(". Rebuilding pays over refitting in {count} of {frames} frames"),
+        (None, _) => format!(". Rebuilding pays over refitting in {count} of {frames} frames, which decides nothing"),
+    }
 }

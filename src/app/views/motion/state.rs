@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::accel::Accel;
 use crate::app::state::{Study, ViewState};
-use crate::lab::motion::{FrameCost, MotionRow};
+use crate::lab::motion::MotionRow;
 use crate::lab::population::ViewRays;
 use crate::scene::Scene;
 use bvhscope_engine::follow::Policy;
@@ -50,23 +50,12 @@ impl MotionQuantity {
     /// The value of a tree in a frame with `rays` rays; `None` where it is unknown.
     pub fn of(self, row: &MotionRow, rays: f64) -> Option<f64> {
         match self {
-            Self::Update => Some(row.update.ready_time().as_secs_f64() * 1e3),
+            Self::Update => Some(row.ready_ms()),
             Self::SahCost => Some(f64::from(row.stats.sah_cost)),
             Self::Epo => Some(f64::from(row.epo.value)),
             Self::Tests => row.tests_per_ray(),
-            Self::Frame => Some(frame_cost(row).time_ms(rays)),
+            Self::Frame => Some(row.cost().time_ms(rays)),
         }
-    }
-}
-
-/// The times of a tree in a frame.
-pub fn frame_cost(row: &MotionRow) -> FrameCost {
-    FrameCost {
-        frame: row.frame,
-        ready_ms: row.update.ready_time().as_secs_f64() * 1e3,
-        ray_ns: row.ray_ns,
-        ray_spread_ns: row.ray_spread_ns.map(|[fastest, slowest]| slowest - fastest),
-        tests: row.tests_per_ray(),
     }
 }
 

@@ -138,11 +138,19 @@ fn show_table(ui: &mut Ui, state: &mut AppState, result: &PaperResult, table: &R
         let cells = &table.rows[index][..];
         // Indented rows quote published values or files.
         let is_remark = cells.first().is_some_and(|cell| cell.starts_with("  "));
-        TableRow { cells, is_remark, is_shown: is_shown(index) }
+        TableRow { cells, is_remark, is_shown: is_shown(index), preliminary: None }
     };
     let shown = Table {
         title: &table.title,
-        columns: columns.map(|((name, unit), better)| Column { name, unit, better }).collect(),
+        columns: columns
+            .enumerate()
+            .map(|(index, ((name, unit), better))| Column {
+                name,
+                unit,
+                better,
+                has_best: !table.undecided.contains(&index),
+            })
+            .collect(),
         rows: (0..table.rows.len()).map(row).collect(),
         opens: (!table.sources.is_empty()).then_some("builds its tree"),
     };

@@ -165,7 +165,7 @@ fn measure_tree(
         Err(BuildError::Refused(_)) => return Ok(None),
         Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
     };
-    measure_at_rest(&accel, &token.part(1, 3))?;
+    measure_at_rest(&[&accel], &token.part(1, 3))?;
     accel.epo(token)?;
     let sums = rays.measure(&accel, &token.part(2, 3))?.sums;
     Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))

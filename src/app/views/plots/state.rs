@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{Derived, Study, ViewState};
+use crate::catalog::numbers::millions_per_second;
 use crate::catalog::settings::short_name;
 use crate::lab::file_and_builder;
 use crate::lab::node_values::KnownVisits;
@@ -137,6 +138,12 @@ pub struct PlottedTree {
     pub file: Option<(PathBuf, String)>,
     /// Build time in milliseconds, where it is known.
     pub build_ms: Option<f64>,
+    /// The build time is that of one build: neither repeated nor of a file.
+    pub is_built_once: bool,
+    /// Speed of the measuring view in Mray/s, once it is measured.
+    pub speed: Option<f64>,
+    /// Build times and times of the measuring view in each round at rest, in milliseconds.
+    pub rounds: [Vec<f64>; 2],
     /// SAH cost.
     pub sah_cost: f64,
     /// Tests of a ray that enters the scene's box in the measuring view, once they are counted.
@@ -150,8 +157,15 @@ pub struct PlottedTree {
 impl PlottedTree {
     /// `accel` with what is known of it, without a cost.
     pub fn of(accel: &Accel) -> Self {
-        let reading = accel.reading();
+        let (reading, at_rest) = (accel.reading(), accel.at_rest());
+        let builds = at_rest.as_ref().and_then(|readings| readings.builds.as_ref());
         Self {
+            is_built_once: builds.is_none() && accel.file.is_none(),
+            speed: at_rest.as_ref().map(|readings| millions_per_second(readings.rays, readings.traces.ms)),
+            rounds: [
+                builds.map_or_else(Vec::new, |builds| builds.rounds.clone()),
+                at_rest.as_ref().map_or_else(Vec::new, |readings| readings.trace_rounds.clone()),
+            ],
             build: accel.settings,
             container: accel.tree.container_kind(),
             file: accel.file.as_ref().map(|file| (file.path.clone(), accel.builder_name().into_owned())),
@@ -257,17 +271,20 @@ impl SessionTrees {
         }
         let tree = PlottedTree::of(accel);
         // The build of a tree from a file is not repeated.
-        let is_measured = (accel.file.is_some() || accel.whole_builds().is_some()) && tree.tests.is_some();
+        let is_measured = tree.speed.is_some() && tree.tests.is_some();
         if let Some(known) = self.trees.iter_mut().find(|known| known.tree.is(accel)) {
             if accel.file.is_some() && known.tree.sah_cost != tree.sah_cost {
                 // The file was written again.
                 *known = SessionTree::new(tree);
             } else {
                 let before = &known.tree;
-                // A tree that is built again is not measured again.
-                let build_ms = if known.is_measured && !is_measured { before.build_ms } else { tree.build_ms };
                 let (epo, tests) = (tree.epo.or(before.epo), tree.tests.or(before.tests));
-                known.tree = PlottedTree { build_ms, tests, epo, ..tree };
+                known.tree = if known.is_measured && !is_measured {
+                    // A tree that is built again is not measured again.
+                    PlottedTree { tests, epo, sah_cost: tree.sah_cost, ..before.clone() }
+                } else {
+                    PlottedTree { tests, epo, ..tree }
+                };
                 known.is_measured |= is_measured;
             }
             return;

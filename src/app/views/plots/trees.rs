@@ -13,11 +13,12 @@ use crate::app::widgets::table::{self, Column, Table, TableRow};
 use crate::app::widgets::{Tip as _, empty_view};
 use crate::app::{format, theme};
 use crate::catalog::numbers::Direction;
-use crate::catalog::numbers::rows::{BUILD_MS, EPO, SAH_COST, TESTS_PER_ENTERING_RAY};
+use crate::catalog::numbers::rows::{BUILD_MS, EPO, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY, WIDE_TRACE_MS};
 use crate::lab::Measurement;
 use crate::lab::plot::Axis;
 use crate::lab::population::Population;
 use crate::lab::prediction::{PredictedTree, Prediction, pareto_front};
+use crate::lab::verdict::{Order, has_fastest};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 
 /// Name and value of what predicts the cost of a tree, and how well it does.
@@ -55,6 +56,9 @@ fn tree_of(row: &Measurement, population: Population) -> Option<PlottedTree> {
         build: build.or_else(|| row.tree.as_ref().map(|_| of_file()))?,
         file: row.tree.as_ref().map(|path| (path.into(), row.builder.clone())),
         build_ms: row.values.known(BUILD_MS),
+        is_built_once: row.repeat < 2 && row.tree.is_none(),
+        speed: row.values.known(MRAYS_PER_S),
+        rounds: [BUILD_MS, WIDE_TRACE_MS].map(|number| row.rounds_of(number).to_vec()),
         sah_cost: row.number(SAH_COST),
         tests: row.values.known(TESTS_PER_ENTERING_RAY),
         epo: row.values.known(EPO),
@@ -260,9 +264,10 @@ const TITLE: &str = "Trees";
 /// A reading: its name, its unit, and how it is read.
 type Reading = (&'static str, &'static str, fn(&PlottedTree) -> Option<f64>);
 
-/// The readings, of all of which less is better.
-const READINGS: [Reading; 5] = [
+/// The readings; of all but the speed less is better.
+const READINGS: [Reading; 6] = [
     ("Build time", "ms", |tree| tree.build_ms),
+    ("Speed", "Mray/s", |tree| tree.speed),
     ("SAH cost", "", |tree| Some(tree.sah_cost)),
     ("Tests", "entering ray", |tree| tree.tests),
     ("EPO", "", |tree| tree.epo),
@@ -279,13 +284,26 @@ pub(super) fn show_list(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState,
     ui.horizontal(|ui| buttons(ui, view, state, &trees));
     let is_one_kind = trees.iter().all(|tree| tree.container == trees[0].container);
     let cells: Vec<Vec<String>> = trees.iter().map(cells).collect();
+    let order = if view.set == TreeSet::Session { Order::OneAfterOther } else { Order::InTurn };
     let reading = |(name, unit, _): Reading| {
         // Predictions of boxes and of spheres do not compare; times and counts do.
         let compares = is_one_kind || !matches!(name, "SAH cost" | "EPO");
-        Column { name, unit, better: compares.then_some(Direction::Less) }
+        let better = if name == "Speed" { Direction::More } else { Direction::Less };
+        let timed = ["Build time", "Speed"].iter().position(|timed| *timed == name);
+        let has_best = timed.is_none_or(|at| {
+            let rounds: Vec<&[f64]> = trees.iter().map(|tree| tree.rounds[at].as_slice()).collect();
+            has_fastest(&rounds, order)
+        });
+        Column { name, unit, better: compares.then_some(better), has_best }
     };
-    let name = Column { name: "Settings", unit: "", better: None };
-    let row = |(tree, cells)| TableRow { cells, is_remark: false, is_shown: PlottedTree::is(tree, &shown.accel) };
+    let name = Column { name: "Settings", unit: "", better: None, has_best: false };
+    let row = |(tree, cells): (&PlottedTree, _)| TableRow {
+        cells,
+        is_remark: false,
+        is_shown: tree.is(&shown.accel),
+        // Behind the name.
+        preliminary: tree.is_built_once.then_some(1),
+    };
     let table = Table {
         title: TITLE,
         columns: std::iter::once(name).chain(READINGS.map(reading)).collect(),
