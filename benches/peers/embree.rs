@@ -2,11 +2,9 @@
 
 #![allow(unsafe_code, reason = "Embree is a C library; only the embree*.rs files touch it")]
 
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ffi::{CString, c_uint, c_void};
 use std::ptr;
-use std::rc::Rc;
 use std::sync::atomic::{AtomicIsize, Ordering};
 
 use bvhscope_engine::geometry::Triangle;
@@ -14,18 +12,13 @@ use bvhscope_engine::kernel::SimdLevel;
 use glam::Vec3;
 
 use crate::embree_library::{Common, Library};
-use crate::embree_rays;
-use crate::embree_tree::{self, Shape};
-use crate::motion::Twist;
-use crate::peer::{BuildTimes, Builder, Judged, Updater, timed};
+use crate::peer::{BuildTimes, Builder, timed};
 
-const FORMAT_UINT3: c_uint = 0x5003;
-const FORMAT_FLOAT3: c_uint = 0x9003;
-const BUFFER_INDEX: c_uint = 0;
-const BUFFER_VERTEX: c_uint = 1;
-const GEOMETRY_TRIANGLE: c_uint = 0;
-/// Flag of scenes whose geometries change often.
-const SCENE_DYNAMIC: c_uint = 1;
+pub const FORMAT_UINT3: c_uint = 0x5003;
+pub const FORMAT_FLOAT3: c_uint = 0x9003;
+pub const BUFFER_INDEX: c_uint = 0;
+pub const BUFFER_VERTEX: c_uint = 1;
+pub const GEOMETRY_TRIANGLE: c_uint = 0;
 /// Flag of scenes in which no ray slips between triangles that share an edge (`RTC_SCENE_FLAG_ROBUST`).
 const SCENE_ROBUST: c_uint = 4;
 
@@ -126,8 +119,10 @@ impl Drop for Device {
 
 /// Triangles with shared vertices, as Embree wants them.
 pub struct Mesh {
-    vertices: Vec<[f32; 3]>,
-    indices: Vec<[u32; 3]>,
+    /// Each once, and one more as padding.
+    pub vertices: Vec<[f32; 3]>,
+    /// The vertices of each triangle.
+    pub indices: Vec<[u32; 3]>,
 }
 
 impl Mesh {
@@ -156,11 +151,16 @@ pub struct Scene<'a> {
     pub mode: Mode,
     scene: *mut c_void,
     /// Bytes of tree and triangles; the shared vertices are not counted.
-    bytes: usize,
+    pub bytes: usize,
     mesh: std::marker::PhantomData<&'a Mesh>,
 }
 
 impl Scene<'_> {
+    /// Owns a scene of Embree's, of this many bytes, that refers to a mesh.
+    pub fn owning(library: &'static Library, mode: Mode, scene: *mut c_void, bytes: usize) -> Self {
+        Self { library, mode, scene, bytes, mesh: std::marker::PhantomData }
+    }
+
     /// The scene as Embree's functions want it.
     pub fn handle(&self) -> *mut c_void {
         self.scene
@@ -211,90 +211,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
     };
     device.check();
     let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
-    Scene { library: device.library, mode, scene, bytes, mesh: std::marker::PhantomData }
-}
-
-/// A dynamic scene of vertices of its own, which move.
-struct DynamicScene<'a> {
-    scene: Scene<'a>,
-    geometry: *mut c_void,
-    vertices: Box<[[f32; 3]]>,
-}
-
-impl<'a> DynamicScene<'a> {
-    /// Builds the scene at rest.
-    fn new(device: &Device, mesh: &'a Mesh, quality: Quality) -> Self {
-        let Common { new_scene, new_geometry, set_buffer, attach_geometry, .. } = device.library.common;
-        let vertices: Box<[[f32; 3]]> = mesh.vertices.clone().into();
-        // SAFETY: as for `commit`; the vertices stay where they are as long as the scene, which is released before them.
-        let (scene, geometry) = unsafe {
-            let scene = new_scene(device.device);
-            (device.library.common.set_scene_flags)(scene, SCENE_DYNAMIC);
-            let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
-            let (corners, indices) = (vertices.as_ptr().cast(), mesh.indices.as_ptr().cast());
-            set_buffer(geometry, BUFFER_VERTEX, 0, FORMAT_FLOAT3, corners, 0, 12, vertices.len() - 1);
-            set_buffer(geometry, BUFFER_INDEX, 0, FORMAT_UINT3, indices, 0, 12, mesh.indices.len());
-            attach_geometry(scene, geometry);
-            (scene, geometry)
-        };
-        let mode = Mode { quality, is_robust: false };
-        let scene = Scene { library: device.library, mode, scene, bytes: 0, mesh: std::marker::PhantomData };
-        let dynamic = Self { scene, geometry, vertices };
-        dynamic.commit();
-        device.check();
-        dynamic
-    }
-
-    /// Commits vertices that have changed.
-    fn commit(&self) {
-        let Common { set_scene_quality, set_geometry_quality, update_buffer, commit_geometry, commit_scene, .. } =
-            self.scene.library.common;
-        // SAFETY: scene and geometry are alive, and so are the buffers.
-        unsafe {
-            set_scene_quality(self.scene.scene, Quality::Low as c_uint);
-            set_geometry_quality(self.geometry, self.scene.mode.quality as c_uint);
-            update_buffer(self.geometry, BUFFER_VERTEX, 0);
-            commit_geometry(self.geometry);
-            commit_scene(self.scene.scene);
-        }
-    }
-}
-
-impl Drop for DynamicScene<'_> {
-    fn drop(&mut self) {
-        // SAFETY: the reference that was made with the geometry.
-        unsafe { (self.scene.library.common.release_geometry)(self.geometry) };
-    }
-}
-
-/// Every update of a dynamic scene: fitted, or built again.
-pub fn updaters<'a>(device: &'a Device, mesh: &'a Mesh, twist: &'a Twist, threads: usize) -> Vec<Updater<'a>> {
-    let updater = |quality: Quality| {
-        let dynamic = Rc::new(RefCell::new(DynamicScene::new(device, mesh, quality)));
-        let traced = Rc::clone(&dynamic);
-        let name = if quality == Quality::Refit { "refit".to_owned() } else { format!("{}, rebuild", quality.name()) };
-        Updater {
-            engine: device.library.name,
-            name,
-            threads,
-            update: Box::new(move |moment| {
-                let mut dynamic = dynamic.borrow_mut();
-                for (vertex, at_rest) in dynamic.vertices.iter_mut().zip(&mesh.vertices) {
-                    *vertex = twist.moved(Vec3::from_array(*at_rest), moment).to_array();
-                }
-                let ready = timed(|| dynamic.commit());
-                device.check();
-                BuildTimes { binary: None, ready }
-            }),
-            trace: Box::new(move |work| {
-                let dynamic = traced.borrow();
-                let interfaces = embree_rays::interfaces(&dynamic.scene);
-                let mut runs = interfaces.iter().filter_map(|interface| (interface.prepare)(work));
-                runs.next().map(|mut run| run()).unwrap_or_default()
-            }),
-        }
-    };
-    [Quality::Refit, Quality::Low, Quality::Medium].map(updater).into()
+    Scene::owning(device.library, mode, scene, bytes)
 }
 
 /// The qualities that are measured.
@@ -318,21 +235,4 @@ pub fn builders<'a>(device: &'a Device, mesh: &'a Mesh, threads: usize, slow: bo
         build: Box::new(move || BuildTimes { binary: None, ready: timed(|| commit(device, mesh, mode)) }),
     };
     modes(slow).into_iter().map(builder).collect()
-}
-
-/// The tree to be measured: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
-/// splits are written by `--dump`, and not judged.
-pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) -> Vec<Judged> {
-    let judge = |&quality: &Quality| {
-        let tree = (quality != Quality::High).then(|| embree_tree::build(device, triangles, quality, Shape::Binary));
-        let indices = tree.as_ref().map_or(&[][..], |tree| &tree.primitive_indices[..]);
-        Judged {
-            engine: device.library.name,
-            name: quality.name().to_owned(),
-            leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
-            tree,
-            bytes: Some(commit(device, mesh, Mode { quality, is_robust: false }).bytes),
-        }
-    };
-    qualities(slow).iter().map(judge).collect()
 }

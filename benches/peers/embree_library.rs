@@ -9,8 +9,6 @@ use std::sync::OnceLock;
 
 use libloading::Library as File;
 
-use crate::embree_tree::BuildArguments;
-
 /// Called with the bytes that Embree allocates, or gives back.
 pub type Monitor = extern "C" fn(*mut c_void, isize, bool) -> bool;
 
@@ -54,7 +52,7 @@ functions! {
         attach_geometry: rtcAttachGeometry(*mut c_void, *mut c_void) -> c_uint,
         new_bvh: rtcNewBVH(*mut c_void) -> *mut c_void,
         release_bvh: rtcReleaseBVH(*mut c_void),
-        build_bvh: rtcBuildBVH(*const BuildArguments) -> *mut c_void,
+        build_bvh: rtcBuildBVH(*const c_void) -> *mut c_void,
         allocate: rtcThreadLocalAlloc(*mut c_void, usize, usize) -> *mut c_void,
     }
 }

@@ -10,8 +10,9 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::tree::Tree;
 use glam::Vec3;
 
-use crate::embree::{Device, Quality};
+use crate::embree::{Device, Mesh, Mode, Quality, commit, qualities};
 use crate::foreign::{Below, tree_below};
+use crate::peer::Judged;
 
 /// Most children of a node, which is the width of Embree's own nodes on processors with AVX.
 const MOST_CHILDREN: usize = 8;
@@ -46,7 +47,7 @@ struct Bounds {
 
 /// `RTCBuildArguments`.
 #[repr(C)]
-pub struct BuildArguments {
+struct BuildArguments {
     byte_size: usize,
     quality: c_uint,
     flags: c_uint,
@@ -134,7 +135,7 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
         user: (&raw mut build).cast(),
     };
     // SAFETY: the arguments point to live memory, the callbacks have the signatures that Embree requires.
-    let root: *const BuiltNode = unsafe { (functions.build_bvh)(&raw const arguments) }.cast();
+    let root: *const BuiltNode = unsafe { (functions.build_bvh)((&raw const arguments).cast()) }.cast();
     device.check();
     assert!(!root.is_null(), "Embree built no tree");
     let tree = tree_below(root, |&node| {
@@ -153,6 +154,23 @@ pub fn build(device: &Device, triangles: &[Triangle], quality: Quality, shape: S
     // SAFETY: released once; no node is read after this.
     unsafe { (functions.release_bvh)(bvh) };
     tree
+}
+
+/// The tree to be measured: the binary tree of the builder of the same quality, and the bytes of the scene. Trees with spatial
+/// splits are written by `--dump`, and not judged.
+pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) -> Vec<Judged> {
+    let judge = |&quality: &Quality| {
+        let tree = (quality != Quality::High).then(|| build(device, triangles, quality, Shape::Binary));
+        let indices = tree.as_ref().map_or(&[][..], |tree| &tree.primitive_indices[..]);
+        Judged {
+            engine: device.library.name,
+            name: quality.name().to_owned(),
+            leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
+            tree,
+            bytes: Some(commit(device, mesh, Mode { quality, is_robust: false }).bytes),
+        }
+    };
+    qualities(slow).iter().map(judge).collect()
 }
 
 fn new_node(allocator: *mut c_void, count: u32, build: &Build) -> *mut BuiltNode {

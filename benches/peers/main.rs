@@ -11,6 +11,7 @@
 mod dump;
 mod embree;
 mod embree_library;
+mod embree_motion;
 mod embree_rays;
 mod embree_tree;
 mod engine;

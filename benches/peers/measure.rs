@@ -17,7 +17,9 @@ use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 
 use crate::embree::{self, Device, Scene};
 use crate::embree_library::libraries;
+use crate::embree_motion;
 use crate::embree_rays;
+use crate::embree_tree;
 use crate::engine;
 use crate::motion::{self, Twist};
 use crate::obvhs_peer;
@@ -193,7 +195,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
     let works = workloads(boxes, triangles, &subject.bounds, &subject.camera, plan.size);
     if plan.wants("tree") {
         let mut judged: Vec<Judged> = ready.iter().filter_map(engine::judged).collect();
-        judged.extend(devices.iter().flat_map(|device| embree::judged(device, triangles, &mesh, plan.slow)));
+        judged.extend(devices.iter().flat_map(|device| embree_tree::judged(device, triangles, &mesh, plan.slow)));
         judged.extend(obvhs_peer::judged(triangles, &converted, &obvhs_ready, plan.slow));
         judged.extend(tinybvh_peer::judged(triangles, &vertices, &tinybvh_ready));
         judged.retain(|judged| plan.names(judged.engine, &judged.name));
@@ -273,7 +275,7 @@ fn update_rows(
     let moves: Vec<bool> = triangles.iter().map(|triangle| twist.moves(triangle)).collect();
     let devices = devices(threads);
     let mut updaters = motion::updaters(triangles, &moments, threads);
-    updaters.extend(devices.iter().flat_map(|device| embree::updaters(device, mesh, &twist, threads)));
+    updaters.extend(devices.iter().flat_map(|device| embree_motion::updaters(device, mesh, &twist, threads)));
     updaters.extend(obvhs_peer::updaters(converted, &of_obvhs, &moves, threads));
     updaters.retain(|updater| plan.names(updater.engine, &updater.name));
     let mut times: Vec<(Vec<Duration>, Vec<Duration>)> = updaters.iter().map(|_| Default::default()).collect();

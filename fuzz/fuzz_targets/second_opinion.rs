@@ -5,7 +5,7 @@
 mod gltf_oracle;
 #[path = "../../tests/loading/obj/generator.rs"]
 mod generator;
-#[path = "../../tests/loading/obj/oracle.rs"]
+#[path = "../../tests/loading/obj/obj_oracle.rs"]
 mod oracle;
 #[path = "../../tests/support/sound_gltf.rs"]
 mod sound_gltf;

@@ -1,4 +1,4 @@
-//! What all commands on models have, whatever they do with them.
+//! Arguments common to all commands on models.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::render::rows::SIMD;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::ContainerKind;
 
-/// What the command line says about models, threads and the processor; nothing where it loads no model.
+/// The arguments about models, threads and the processor; nothing where it loads no model.
 #[derive(Default)]
 pub(super) struct Common<'a> {
     /// How models are loaded.

@@ -25,6 +25,7 @@ use crate::lab::merges::{History, Merges};
 use crate::overlay::OverlaySettings;
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;
+#[cfg(feature = "gui")]
 use crate::text::counted;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;

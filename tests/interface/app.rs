@@ -16,7 +16,7 @@ use bvhscope_engine::tree::ContainerKind;
 use egui_kittest::kittest::Queryable as _;
 
 use crate::harness::Window;
-use crate::screen;
+use crate::recorded_screen;
 
 /// The app on a small built-in teapot with one sample per pixel.
 fn app() -> Window {

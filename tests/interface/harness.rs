@@ -8,8 +8,8 @@ use bvhscope::scene::SceneSource;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
 use egui_kittest::kittest::Queryable as _;
 
-use crate::screen;
-pub use crate::screen::Window;
+use crate::recorded_screen;
+pub use crate::recorded_screen::Window;
 
 /// The app on the built-in teapot; each frame waits until everything is fresh.
 pub fn app() -> Window {

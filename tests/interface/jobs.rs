@@ -16,7 +16,7 @@ use egui_kittest::kittest::Queryable as _;
 use rayon::prelude::*;
 
 use crate::harness::{Window, app_with};
-use crate::screen;
+use crate::recorded_screen;
 
 fn builtin(name: &str, size: u32) -> SceneSource {
     SceneSource::Builtin { name: name.to_owned(), size: Some(size) }

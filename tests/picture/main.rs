@@ -8,16 +8,16 @@ mod support;
 
 mod any_arity;
 mod counts;
-mod cuts;
-mod determinism;
+mod cut_pictures;
 mod golden_formats;
 mod golden_images;
-mod invariants;
 mod lab;
 mod overlay;
 mod overlays;
+mod picture_invariants;
 mod pinned_trees;
-mod rays;
+mod ray_pictures;
+mod same_pictures;
 mod surfaces;
 
 #[cfg(feature = "gui")]

@@ -111,6 +111,9 @@ const VIEWER: Plan = Plan {
     ],
 };
 
+/// The program that measures beside other engines. Its modules have no order, but no circle either.
+const PEERS: Plan = Plan { source: "benches/peers", rooms: &[] };
+
 /// Crates that only the window and the overlay's wgpu pass know.
 const WINDOW_CRATES: &[&str] = &["egui", "eframe", "egui_wgpu", "egui_plot", "egui_extras", "wgpu", "rfd"];
 
@@ -414,6 +417,13 @@ fn no_modules_of_the_engine_import_each_other_in_a_circle() {
 #[test]
 fn no_modules_of_the_viewer_import_each_other_in_a_circle() {
     check_circles(&VIEWER);
+}
+
+#[test]
+fn no_modules_of_the_measuring_program_import_each_other_in_a_circle() {
+    let arrows = arrows(&sources(&PEERS));
+    assert!(arrows.values().map(BTreeSet::len).sum::<usize>() > 20, "the reader is broken: {arrows:?}");
+    check_circles(&PEERS);
 }
 
 #[test]

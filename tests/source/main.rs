@@ -6,11 +6,12 @@
 #[path = "../support/skip.rs"]
 mod skip;
 
-mod files;
+mod file_names;
 mod layering;
 mod maps;
 mod profiles;
 mod reliability;
 mod skips;
 mod tables;
+mod texts;
 mod words;

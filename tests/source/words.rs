@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::files::below;
+use crate::texts::below;
 
 /// Phrases that no file has any more, each with what to write instead.
 const PHRASES: &[(&str, &str)] = &[

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Limits, Number, Setting, Settings, Value, limit};
+use super::setting::{Limits, Number, Setting, Settings, Value, limit};
 
 /// Checks that each value is read as it is written, that help texts name every value, and that numbers outside their range are refused
 /// and limited.

@@ -48,7 +48,7 @@ impl<T: Settings> Given<T> {
                 let _ = row.parse(settings, text);
             }
         }
-        settings.settle(self);
+        settings.settle(&|row| self.get(row).is_some());
     }
 
     /// The default settings with these.

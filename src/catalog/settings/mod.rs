@@ -21,7 +21,7 @@ pub(crate) use check::{check_rows, each_other_value};
 pub use given::Given;
 pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD};
 pub use rows::{CURVE, EPSILON, ROUNDS};
-pub use setting::{Choice, Limits, Number, Setting, Settings, Value, Written};
+pub use setting::{Choice, Limits, Number, Setting, Settings, Value, Written, limit};
 pub use stated::{Stated, parameters};
 
 /// The settings that a copied command line names, with their values.
@@ -53,13 +53,6 @@ pub fn short_name(build: &BuildSettings) -> String {
 pub fn used(build: &BuildSettings) -> impl Iterator<Item = (&'static str, String)> {
     let rows = SETTINGS.into_iter().filter(|row| (row.applies)(build));
     rows.map(|row| (row.label, row.shown(build))).filter(|(_, value)| !value.is_empty())
-}
-
-/// Clamps the numbers to their ranges.
-pub fn limit<T: Settings>(settings: &mut T) {
-    for row in T::rows() {
-        row.limit(settings);
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
-use super::given::Given;
 use super::setting::{Choice, Limits, Number, Setting, Settings, Value, Written};
 
 /// All settings, in the order in which window and copied command lines have them.
@@ -22,10 +21,10 @@ impl Settings for BuildSettings {
 
     /// Where a given setting is of AAC only and no builder is given, AAC is taken; where builder and container exclude each other, the
     /// one that is not given is replaced.
-    fn settle(&mut self, given: &Given) {
-        let [has_builder, has_container] = [&BUILDER, &CONTAINER].map(|row| given.get(row).is_some());
+    fn settle(&mut self, is_given: &dyn Fn(&Setting) -> bool) {
+        let [has_builder, has_container] = [is_given(&BUILDER), is_given(&CONTAINER)];
         let aac = Self { builder: BuilderKind::Aac, ..*self };
-        let of_aac = |row: &&Setting| given.get(row).is_some() && !(row.applies)(self) && (row.applies)(&aac);
+        let of_aac = |row: &&Setting| is_given(row) && !(row.applies)(self) && (row.applies)(&aac);
         if !has_builder && SETTINGS.into_iter().any(|row| of_aac(&row)) {
             self.builder = BuilderKind::Aac;
         }

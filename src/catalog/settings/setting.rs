@@ -3,8 +3,6 @@
 use bvhscope_engine::settings::BuildSettings;
 use serde_json::Value as Json;
 
-use super::given::Given;
-
 /// A struct of settings with its table of rows.
 pub trait Settings: Clone + Default + 'static {
     /// Heading of its flags in help texts.
@@ -18,8 +16,15 @@ pub trait Settings: Clone + Default + 'static {
         None
     }
 
-    /// Changes what does not go with the given values.
-    fn settle(&mut self, _given: &Given<Self>) {}
+    /// Changes what does not go with the rows of which `is_given` holds.
+    fn settle(&mut self, _is_given: &dyn Fn(&Setting<Self>) -> bool) {}
+}
+
+/// Clamps the numbers to their ranges.
+pub fn limit<T: Settings>(settings: &mut T) {
+    for row in T::rows() {
+        row.limit(settings);
+    }
 }
 
 /// A setting in `T`, or a name for several of them.

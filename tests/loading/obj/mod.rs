@@ -3,6 +3,6 @@
 
 mod generator;
 mod materials;
-mod oracle;
+mod obj_oracle;
 mod values;
 mod warnings;

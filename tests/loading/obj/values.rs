@@ -7,7 +7,7 @@ use bvhscope_engine::cancel::CancelToken;
 use glam::{Vec2, Vec3};
 
 use super::generator::{LIBRARY, valid_obj};
-use super::oracle::{compare, corners};
+use super::obj_oracle::{compare, corners};
 use crate::formats::{load_bytes as load_named, load_path};
 use crate::random::Random;
 

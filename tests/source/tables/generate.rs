@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::rows::{Rows, Shown, rate, source};
+use super::measured_rows::{Rows, Shown, rate, source};
 
 /// Every table.
 pub const NAMES: [&str; 11] =

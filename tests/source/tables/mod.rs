@@ -7,16 +7,16 @@
 //! the text between the lines stays as it is.
 
 mod generate;
+mod measured_rows;
 #[path = "../../../benches/peers/newest.rs"]
 mod newest;
 #[path = "../../../benches/peers/packed.rs"]
 mod packed;
-mod rows;
 
 use std::path::Path;
 
 use generate::table;
-use rows::{Rows, Shown};
+use measured_rows::{Rows, Shown};
 use serde_json::Value;
 
 /// Documents with tables.

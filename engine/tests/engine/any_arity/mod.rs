@@ -2,11 +2,11 @@
 //! force, and with plain recursions over their nodes.
 
 mod binarize;
-mod by_hand;
 mod hits;
-mod nodes;
+mod n_ary_by_hand;
+mod n_ary_nodes;
+mod n_ary_visits;
 mod statistics;
-mod visits;
 
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use bvhscope_engine::with_tree;

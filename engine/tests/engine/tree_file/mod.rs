@@ -3,10 +3,10 @@
 mod draft;
 mod n_ary;
 
-mod faults;
-mod mutations;
+mod file_faults;
+mod file_mutations;
 mod orders;
-mod oriented;
+mod oriented_files;
 mod refusals;
 mod round_trips;
 mod tables;
