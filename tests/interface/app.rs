@@ -35,7 +35,7 @@ fn app_on(source: SceneSource, waits: bool) -> Window {
 }
 
 fn app_of_size(size: egui::Vec2, source: SceneSource, waits: bool) -> Window {
-    screen::open(source, size, screen::COARSE, waits)
+    recorded_screen::open(source, size, recorded_screen::COARSE, waits)
 }
 
 /// Runs a few frames, as the changes of one are shown in the next.

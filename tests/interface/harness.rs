@@ -23,12 +23,12 @@ pub fn app_of_size(size: Vec2) -> Window {
 
 /// The same with one pixel per point, for tests about these.
 pub fn app_in_pixels() -> Window {
-    greeted(screen::open(teapot(), vec2(1100.0, 760.0), 1.0, true))
+    greeted(recorded_screen::open(teapot(), vec2(1100.0, 760.0), 1.0, true))
 }
 
 /// The app on any model. With `waits` each frame waits until everything is fresh.
 pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
-    greeted(screen::open(source, size, screen::COARSE, waits))
+    greeted(recorded_screen::open(source, size, recorded_screen::COARSE, waits))
 }
 
 fn teapot() -> SceneSource {

@@ -24,7 +24,7 @@ fn builtin(name: &str, size: u32) -> SceneSource {
 
 /// The app as in a real window, where frames never wait for the workers.
 fn app(source: SceneSource, width: f32, height: f32, scale: f32) -> Window {
-    screen::open(source, egui::vec2(width, height), scale, false)
+    recorded_screen::open(source, egui::vec2(width, height), scale, false)
 }
 
 /// Runs frames until the picture has all its samples, a moment after the last change.
