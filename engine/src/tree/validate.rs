@@ -33,7 +33,6 @@ pub fn validate(tree: &AnyTree, triangles: &[Triangle]) -> Result<(), String> {
 fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result<(), String> {
     let nodes = &tree.nodes;
     let indices = &tree.primitive_indices;
-    let is_split = indices.len() > triangles.len();
     if indices.len() < triangles.len() {
         return Err(format!("{} primitives in the tree, {} in the list", indices.len(), triangles.len()));
     }
@@ -45,16 +44,10 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
         };
     }
     let slack = containment_slack(tree);
-    let mut primitive_seen = vec![false; triangles.len()];
-    // Box around the leaves of each triangle, where several can hold it.
-    let mut leaf_bounds = vec![Aabb::EMPTY; if is_split { triangles.len() } else { 0 }];
-    let mut slot_seen = vec![false; indices.len()];
-    let mut node_seen = vec![false; nodes.len()];
-    let mut depths = vec![0_u32; nodes.len()];
-    node_seen[0] = true;
+    let mut reached = Reached::root(tree, triangles);
     for (index, node) in nodes.iter().enumerate() {
         // Parents come first: one pass in order has seen the parent of each node.
-        if !node_seen[index] {
+        if !reached.nodes[index] {
             return Err(format!("node {index} is not reached from the root"));
         }
         let bounds = node.container.bounds();
@@ -62,36 +55,104 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             return Err(format!("the container of node {index} is not finite: {:?}", node.container));
         }
         if node.is_leaf() {
-            let end = u64::from(node.first) + u64::from(node.count);
-            if end > indices.len() as u64 {
-                return Err(format!("leaf {index} ends at slot {end} of {}", indices.len()));
-            }
-            for slot in node.first as usize..end as usize {
-                let primitive = indices[slot] as usize;
-                if std::mem::replace(&mut slot_seen[slot], true) {
-                    return Err(format!("slot {slot} belongs to leaf {index} and to another"));
-                }
-                let Some(seen) = primitive_seen.get_mut(primitive) else {
-                    return Err(format!("leaf {index} holds primitive {primitive} of {}", triangles.len()));
-                };
-                if let Some(leaf_bounds) = leaf_bounds.get_mut(primitive) {
-                    *seen = true;
-                    *leaf_bounds = leaf_bounds.union(&bounds);
-                    continue;
-                }
-                if std::mem::replace(seen, true) {
-                    return Err(format!("primitive {primitive} is in leaf {index} and in another"));
-                }
-                let Triangle { a, b, c } = triangles[primitive];
-                if let Some(corner) = [a, b, c].iter().find(|&&corner| !node.container.contains_point(corner, slack)) {
-                    return Err(format!(
-                        "leaf {index} does not hold corner {corner} of primitive {primitive}: {:?}",
-                        node.container
-                    ));
-                }
-            }
-            continue;
+            reached.check_leaf(tree, triangles, index, slack)?;
+        } else {
+            reached.check_children(tree, index, slack)?;
         }
+    }
+    if let Some(slot) = reached.slots.iter().position(|seen| !seen) {
+        return Err(format!("primitive {} in slot {slot} is in no leaf", indices[slot]));
+    }
+    if let Some(primitive) = reached.primitives.iter().position(|seen| !seen) {
+        return Err(format!("primitive {primitive} is in no leaf"));
+    }
+    check_slots(nodes)?;
+    let is_too_small = |(leaf_bounds, triangle): (&Aabb, &Triangle)| !leaf_bounds.contains(&triangle.bounds(), slack);
+    if let Some(primitive) = reached.leaf_bounds.iter().zip(triangles).position(is_too_small) {
+        return Err(format!("the leaves of primitive {primitive} do not enclose it"));
+    }
+    if C::KIND == ContainerKind::Oriented && !is_split(tree, triangles) {
+        check_above(tree, triangles)?;
+    }
+    let deepest = reached.depths.iter().copied().max().unwrap_or(0);
+    if deepest != tree.max_depth {
+        return Err(format!("the deepest node has depth {deepest}, the tree says {}", tree.max_depth));
+    }
+    Ok(())
+}
+
+/// Whether triangles were split, so that several leaves may hold one.
+const fn is_split<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> bool {
+    tree.primitive_indices.len() > triangles.len()
+}
+
+/// The parts of a tree that were reached from its root so far.
+struct Reached {
+    primitives: Vec<bool>,
+    /// Box around the leaves of each triangle, where several can hold it; empty otherwise.
+    leaf_bounds: Vec<Aabb>,
+    slots: Vec<bool>,
+    nodes: Vec<bool>,
+    depths: Vec<u32>,
+}
+
+impl Reached {
+    /// The root alone, of a tree that has one.
+    fn root<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Self {
+        let mut nodes = vec![false; tree.nodes.len()];
+        nodes[0] = true;
+        Self {
+            primitives: vec![false; triangles.len()],
+            leaf_bounds: vec![Aabb::EMPTY; if is_split(tree, triangles) { triangles.len() } else { 0 }],
+            slots: vec![false; tree.primitive_indices.len()],
+            depths: vec![0; nodes.len()],
+            nodes,
+        }
+    }
+
+    /// Checks that leaf `index` alone has its slots, and holds the triangles in them.
+    fn check_leaf<C: Container>(
+        &mut self,
+        tree: &Tree<C>,
+        triangles: &[Triangle],
+        index: usize,
+        slack: f32,
+    ) -> Result<(), String> {
+        let (node, indices) = (&tree.nodes[index], &tree.primitive_indices);
+        let end = u64::from(node.first) + u64::from(node.count);
+        if end > indices.len() as u64 {
+            return Err(format!("leaf {index} ends at slot {end} of {}", indices.len()));
+        }
+        for (slot, &primitive) in (node.first as usize..).zip(&indices[node.first as usize..end as usize]) {
+            let primitive = primitive as usize;
+            if std::mem::replace(&mut self.slots[slot], true) {
+                return Err(format!("slot {slot} belongs to leaf {index} and to another"));
+            }
+            let Some(seen) = self.primitives.get_mut(primitive) else {
+                return Err(format!("leaf {index} holds primitive {primitive} of {}", triangles.len()));
+            };
+            if let Some(leaf_bounds) = self.leaf_bounds.get_mut(primitive) {
+                *seen = true;
+                *leaf_bounds = leaf_bounds.union(&node.container.bounds());
+                continue;
+            }
+            if std::mem::replace(seen, true) {
+                return Err(format!("primitive {primitive} is in leaf {index} and in another"));
+            }
+            let Triangle { a, b, c } = triangles[primitive];
+            if let Some(corner) = [a, b, c].iter().find(|&&corner| !node.container.contains_point(corner, slack)) {
+                return Err(format!(
+                    "leaf {index} does not hold corner {corner} of primitive {primitive}: {:?}",
+                    node.container
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that interior node `index` alone has its children, and encloses them.
+    fn check_children<C: Container>(&mut self, tree: &Tree<C>, index: usize, slack: f32) -> Result<(), String> {
+        let (node, nodes) = (&tree.nodes[index], &tree.nodes);
         let arity = node.arity();
         if !(1..=Node::<C>::MAX_ARITY).contains(&arity) {
             return Err(format!("node {index} has {arity} children instead of 1 to {}", Node::<C>::MAX_ARITY));
@@ -104,7 +165,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             if child <= index {
                 return Err(format!("child {child} stands before its parent {index}"));
             }
-            if std::mem::replace(&mut node_seen[child], true) {
+            if std::mem::replace(&mut self.nodes[child], true) {
                 return Err(format!("node {child} has two parents, one is {index}"));
             }
             if !node.container.contains(&nodes[child].container, slack) {
@@ -113,15 +174,14 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
                     nodes[child].container, node.container
                 ));
             }
-            depths[child] = depths[index] + 1;
+            self.depths[child] = self.depths[index] + 1;
         }
+        Ok(())
     }
-    if let Some(slot) = slot_seen.iter().position(|seen| !seen) {
-        return Err(format!("primitive {} in slot {slot} is in no leaf", indices[slot]));
-    }
-    if let Some(primitive) = primitive_seen.iter().position(|seen| !seen) {
-        return Err(format!("primitive {primitive} is in no leaf"));
-    }
+}
+
+/// Checks that the slots below each node are neighbours.
+fn check_slots<C: Container>(nodes: &[Node<C>]) -> Result<(), String> {
     // Backwards: the first slot below each node and the one after the last.
     let mut slots = vec![[0_u32; 2]; nodes.len()];
     for (index, node) in nodes.iter().enumerate().rev() {
@@ -140,17 +200,6 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
             middle = end;
         }
         slots[index] = [start, middle];
-    }
-    let is_too_small = |(leaf_bounds, triangle): (&Aabb, &Triangle)| !leaf_bounds.contains(&triangle.bounds(), slack);
-    if let Some(primitive) = leaf_bounds.iter().zip(triangles).position(is_too_small) {
-        return Err(format!("the leaves of primitive {primitive} do not enclose it"));
-    }
-    if C::KIND == ContainerKind::Oriented && !is_split {
-        check_above(tree, triangles)?;
-    }
-    let deepest = depths.iter().copied().max().unwrap_or(0);
-    if deepest != tree.max_depth {
-        return Err(format!("the deepest node has depth {deepest}, the tree says {}", tree.max_depth));
     }
     Ok(())
 }

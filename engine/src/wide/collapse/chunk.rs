@@ -63,10 +63,8 @@ impl Default for ChunkMemory {
 
 impl ChunkMemory {
     /// Costs and decisions of `nodes`, which are chunk number `chunk`; the decisions go to `list`. Smaller nodes than `compact_area`
-    /// become compact. Hardly any branch depends on
-    /// the tree, because such branches could not be predicted.
+    /// become compact. Hardly any branch depends on the tree, because such branches could not be predicted.
     #[inline(always)]
-    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
     pub(crate) fn decide<C: WideContainer, S: Simd>(
         &mut self,
         simd: S,
@@ -75,16 +73,25 @@ impl ChunkMemory {
         chunk: usize,
         list: &mut Vec<Decision>,
     ) -> Boundary {
-        // Node 0 is the root.
-        let offset = 1 + 2 * CHUNK_PAIRS * chunk;
         let mut boundary = Boundary::default();
-        let Self { cost, hits, primitives, index, interior, undecided, lane_costs, decisions, has_parent } = self;
-        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
-        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
-        index.fill(LEAF);
-        has_parent.fill(false);
+        let interior = self.list_interior(nodes);
+        let undecided = self.make_blocks(nodes, offset_of(chunk), interior, &mut boundary);
+        let used = self.decide_between_node_and_leaf(simd, nodes, compact_area, chunk, undecided);
+        let orphans = self.hand_on(nodes, chunk, &mut boundary);
+        // With capacity for the decisions of their parents.
+        list.reserve_exact(used + orphans);
+        list.extend_from_slice(&self.decisions[..used]);
+        boundary
+    }
 
-        // List the interior nodes.
+    /// Lists the interior nodes and sets all others up as leaves. Returns their number.
+    #[inline(always)]
+    fn list_interior<C: WideContainer>(&mut self, nodes: &[Node<C>]) -> usize {
+        let Self { cost, hits, primitives, index, interior, has_parent, .. } = self;
+        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
+        let primitives = &mut primitives[..nodes.len()];
+        index[..nodes.len()].fill(LEAF);
+        has_parent.fill(false);
         let mut count = 0;
         for at in 0..nodes.len() {
             let node = &nodes[at];
@@ -95,10 +102,25 @@ impl ChunkMemory {
             interior[count] = at as u16;
             count += usize::from(!node.is_leaf());
         }
+        count
+    }
 
-        // Bottom-up, make a leaf of every node whose primitives fit one block where that is cheaper; it mostly is.
+    /// Bottom-up, makes a leaf of every node whose primitives fit one block where that is cheaper; it mostly is. Returns the number of
+    /// nodes for which it is not.
+    #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
+    fn make_blocks<C: WideContainer>(
+        &mut self,
+        nodes: &[Node<C>],
+        offset: usize,
+        interior_count: usize,
+        boundary: &mut Boundary,
+    ) -> usize {
+        let Self { cost, hits, primitives, index, interior, undecided, has_parent, .. } = self;
+        let (cost, hits) = (&cost[..nodes.len()], &mut hits[..nodes.len()]);
+        let (primitives, index) = (&mut primitives[..nodes.len()], &mut index[..nodes.len()]);
         let mut undecided_count = 0;
-        for &at in interior[..count].iter().rev() {
+        for &at in interior[..interior_count].iter().rev() {
             let at = usize::from(at);
             let first = (nodes[at].first as usize).wrapping_sub(offset);
             let children = primitives.get(first..first.wrapping_add(2));
@@ -119,20 +141,27 @@ impl ChunkMemory {
             undecided[undecided_count] = at as u16;
             undecided_count += usize::from(!is_block);
         }
+        undecided_count
+    }
 
-        // Bottom-up, compute the lane costs of the others and decide between node and leaf.
-        let decision_of = |index: u32, primitives: PrimitiveRange| {
-            if index == LEAF {
-                DecisionRef::leaf(primitives.first)
-            } else {
-                DecisionRef::decision(chunk, index as usize)
-            }
-        };
+    /// Bottom-up, computes the lane costs of the undecided nodes and decides between node and leaf. Returns the number of nodes.
+    #[inline(always)]
+    fn decide_between_node_and_leaf<C: WideContainer, S: Simd>(
+        &mut self,
+        simd: S,
+        nodes: &[Node<C>],
+        compact_area: f32,
+        chunk: usize,
+        undecided_count: usize,
+    ) -> usize {
+        let Self { cost, hits, primitives, index, undecided, lane_costs, decisions, .. } = self;
+        let (cost, hits) = (&mut cost[..nodes.len()], &mut hits[..nodes.len()]);
+        let (primitives, index) = (&primitives[..nodes.len()], &mut index[..nodes.len()]);
         let mut used = 0;
         for &at in &undecided[..undecided_count] {
             let at = usize::from(at);
             let first_child = nodes[at].first;
-            let first = (first_child as usize).wrapping_sub(offset);
+            let first = (first_child as usize).wrapping_sub(offset_of(chunk));
             let costs_of = |child: usize| {
                 let index = u32x8::splat(simd, index[child]);
                 let costs = f32x8::load_array_ref(simd, &lane_costs[index[0] as usize % CHUNK_PAIRS]);
@@ -142,8 +171,7 @@ impl ChunkMemory {
             let children_costs = [costs_of(first), costs_of(first + 1)];
             let (area, count) = (cost[at], primitives[at].count);
             let collapsed = collapse_cost(simd, area, count, children_costs, are_leaves);
-            let children =
-                [decision_of(index[first], primitives[first]), decision_of(index[first + 1], primitives[first + 1])];
+            let children = [first, first + 1].map(|child| decision_of(chunk, index[child], primitives[child]));
             let counts = [primitives[first].count, primitives[first + 1].count];
             let hits_per_cost = [first, first + 1].map(|child| hits_per_cost(hits[child], cost[child]));
             decisions[used] =
@@ -155,8 +183,13 @@ impl ChunkMemory {
             index[at] = if collapsed.is_leaf { LEAF } else { used as u32 };
             used += usize::from(!collapsed.is_leaf);
         }
+        used
+    }
 
-        // Hand on the pairs whose parents lie in other chunks.
+    /// Hands on the pairs whose parents lie in other chunks. Returns their number.
+    #[inline(always)]
+    fn hand_on<C: WideContainer>(&self, nodes: &[Node<C>], chunk: usize, boundary: &mut Boundary) -> usize {
+        let Self { cost, hits, primitives, index, lane_costs, has_parent, .. } = self;
         let without_parent = has_parent[..nodes.len() / 2].iter().enumerate().filter(|(_, has_parent)| !**has_parent);
         let mut orphans = 0;
         for (pair, _) in without_parent {
@@ -164,16 +197,24 @@ impl ChunkMemory {
             for at in [2 * pair, 2 * pair + 1] {
                 let PrimitiveRange { first, count } = primitives[at];
                 if !nodes[at].is_leaf() && count != PENDING {
-                    let decision = decision_of(index[at], primitives[at]);
+                    let decision = decision_of(chunk, index[at], primitives[at]);
                     let node =
                         NodeCost { cost: cost[at], hits: hits[at], first, count, lane_costs: index[at], decision };
-                    boundary.add((offset + at) as u32, node, lane_costs);
+                    boundary.add((offset_of(chunk) + at) as u32, node, lane_costs);
                 }
             }
         }
-        // With capacity for the decisions of their parents.
-        list.reserve_exact(used + orphans);
-        list.extend_from_slice(&decisions[..used]);
-        boundary
+        orphans
     }
+}
+
+/// Index of the first node of a chunk in the tree, whose node 0 is the root.
+const fn offset_of(chunk: usize) -> usize {
+    1 + 2 * CHUNK_PAIRS * chunk
+}
+
+/// The decision about a node of `chunk`: a leaf, or by the index of its decision there.
+#[inline(always)]
+fn decision_of(chunk: usize, index: u32, primitives: PrimitiveRange) -> DecisionRef {
+    if index == LEAF { DecisionRef::leaf(primitives.first) } else { DecisionRef::decision(chunk, index as usize) }
 }
