@@ -1,6 +1,6 @@
 //! `info`: contents and warnings of a file, statistics of its tree, and findings of the diagnosis.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -10,6 +10,8 @@ use super::picture::{check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
+use crate::accel::Accel;
+use crate::camera::Camera;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::reading::TreeReading;
 use crate::catalog::settings::{OPTIMIZE, Setting, Value};
@@ -20,9 +22,10 @@ use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays};
 use crate::lab::report_table::number;
 use crate::render::RenderSettings;
-use crate::scene::{Clip, SceneSource};
+use crate::scene::{Clip, Scene, SceneSource};
 use crate::text::{count, counted, quoted};
 use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree_file::write_corners;
 
@@ -123,62 +126,15 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.triangles {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         read.add_read(&scene.files_read);
-        let written = write_file(path, &read, |writer| {
-            write_corners(&scene.triangles, writer, &context.token).map_err(|error| cannot_be_written(&error))
-        });
-        check_written(written, &context.token)?;
-        note_written(path, &format!("{}, nine f32 each", counted(scene.triangles.len() as u64, "triangles")));
+        write_triangles(path, &read, &scene, &context.token)?;
     }
     let progress = Progress::new("Building", &context.token);
-    let token = &context.token;
     let camera = camera_of(&command.camera, &scene)?;
-    let has_rays = command.rays != Populations::NONE;
-    let (accel, findings, populations) = in_pool(|| {
-        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
-        accel.widen(token)?;
-        let epo = accel.epo(token)?;
-        let mut findings = diagnose_scene(&scene, token)?;
-        findings.extend(diagnose_tree(&accel, epo));
-        let visits_of = |population| {
-            let rays = ViewRays::new(population, camera, VIEW_PX, &RenderSettings::default());
-            let MeasuredVisits { visits, sums } = rays.measure(&accel, token)?;
-            Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
-        };
-        let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
-        Ok::<_, Failure>((accel, findings, populations))
-    })?;
+    let found = in_pool(|| Found::of(command, &scene, &camera, &context.token))?;
     drop(progress);
-    let has_faults = note_faults(&accel);
-    let attributes = scene.attributes.as_ref();
-    let triangles = scene.triangles.len();
-    let info = Info {
-        command: "info",
-        model: command.source.to_string(),
-        triangles,
-        meshes: scene.mesh_count,
-        materials: scene.materials.len(),
-        textures: scene.image_count(),
-        has_normals: attributes.is_some_and(|attributes| !attributes.normals.is_empty()),
-        has_uvs: attributes.is_some_and(|attributes| !attributes.uvs.is_empty()),
-        has_colors: attributes.is_some_and(|attributes| !attributes.colors.is_empty()),
-        bounds_min: scene.in_file(scene.bounds.min).to_array(),
-        bounds_max: scene.in_file(scene.bounds.max).to_array(),
-        offset: scene.offset.to_array(),
-        scene_up: scene.up.to_array(),
-        cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
-        lights: scene.lights.iter().map(|light| light.name.clone()).collect(),
-        scenes: scene.scene_names.clone(),
-        clips: scene.motion.as_ref().map(|motion| motion.clips.clone()).unwrap_or_default(),
-        scene_bytes: scene.bytes(),
-        tree: TreeNumbers::new(&accel, &accel.reading()),
-        width_px: has_rays.then_some(VIEW_PX[0]),
-        height_px: has_rays.then_some(VIEW_PX[1]),
-        repeat: 1,
-        conditions: Conditions::of_process(has_rays.then_some((&camera, scene.offset)), RenderSettings::default().simd),
-        populations,
-        warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
-        findings,
-    };
+    let has_faults = note_faults(&found.accel);
+    let accel = Arc::clone(&found.accel);
+    let info = found.info(command, &scene, &camera);
     if command.json {
         let text = serde_json::to_string(&info).map_err(|error| Failure::Failed(error.to_string()))?;
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
@@ -189,6 +145,80 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
         ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
     }
     Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
+}
+
+/// Writes the triangles of a model into the file `path`.
+fn write_triangles(path: &Path, read: &Protected, scene: &Scene, token: &CancelToken) -> Result<(), Failure> {
+    let written = write_file(path, read, |writer| {
+        write_corners(&scene.triangles, writer, token).map_err(|error| cannot_be_written(&error))
+    });
+    check_written(written, token)?;
+    note_written(path, &format!("{}, nine f32 each", counted(scene.triangles.len() as u64, "triangles")));
+    Ok(())
+}
+
+/// The tree of a model, and the results about both.
+struct Found {
+    accel: Arc<Accel>,
+    findings: Vec<Finding>,
+    populations: Vec<VisitNumbers>,
+}
+
+impl Found {
+    /// Builds or reads the tree, diagnoses model and tree, and measures the visits of its nodes.
+    fn of(command: &InfoCommand, scene: &Arc<Scene>, camera: &Camera, token: &CancelToken) -> Result<Self, Failure> {
+        let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, token)?);
+        accel.widen(token)?;
+        let epo = accel.epo(token)?;
+        let mut findings = diagnose_scene(scene, token)?;
+        findings.extend(diagnose_tree(&accel, epo));
+        let visits_of = |population| {
+            let rays = ViewRays::new(population, *camera, VIEW_PX, &RenderSettings::default());
+            let MeasuredVisits { visits, sums } = rays.measure(&accel, token)?;
+            Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
+        };
+        let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(Self { accel, findings, populations })
+    }
+
+    /// The same as the object that is printed.
+    fn info(self, command: &InfoCommand, scene: &Scene, camera: &Camera) -> Info {
+        let Self { accel, findings, populations } = self;
+        let has_rays = command.rays != Populations::NONE;
+        let attributes = scene.attributes.as_ref();
+        let triangles = scene.triangles.len();
+        Info {
+            command: "info",
+            model: command.source.to_string(),
+            triangles,
+            meshes: scene.mesh_count,
+            materials: scene.materials.len(),
+            textures: scene.image_count(),
+            has_normals: attributes.is_some_and(|attributes| !attributes.normals.is_empty()),
+            has_uvs: attributes.is_some_and(|attributes| !attributes.uvs.is_empty()),
+            has_colors: attributes.is_some_and(|attributes| !attributes.colors.is_empty()),
+            bounds_min: scene.in_file(scene.bounds.min).to_array(),
+            bounds_max: scene.in_file(scene.bounds.max).to_array(),
+            offset: scene.offset.to_array(),
+            scene_up: scene.up.to_array(),
+            cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
+            lights: scene.lights.iter().map(|light| light.name.clone()).collect(),
+            scenes: scene.scene_names.clone(),
+            clips: scene.motion.as_ref().map(|motion| motion.clips.clone()).unwrap_or_default(),
+            scene_bytes: scene.bytes(),
+            tree: TreeNumbers::new(&accel, &accel.reading()),
+            width_px: has_rays.then_some(VIEW_PX[0]),
+            height_px: has_rays.then_some(VIEW_PX[1]),
+            repeat: 1,
+            conditions: Conditions::of_process(
+                has_rays.then_some((camera, scene.offset)),
+                RenderSettings::default().simd,
+            ),
+            populations,
+            warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
+            findings,
+        }
+    }
 }
 
 /// How the tree was built, as far as its file records it.
@@ -236,12 +266,29 @@ fn line(out: &mut dyn std::io::Write, name: &str, value: String) -> std::io::Res
     writeln!(out, "  {name:<12} {value}")
 }
 
+/// Prints the object as text for people.
 fn print_text(
     info: &Info,
     builder: BuilderKind,
     reading: &TreeReading<'_>,
     out: &mut dyn std::io::Write,
 ) -> std::io::Result<()> {
+    print_model(info, out)?;
+    print_tree(info, builder, reading, out)?;
+    print_rays(info, out)?;
+    if !info.warnings.is_empty() {
+        writeln!(out, "warnings")?;
+        info.warnings.iter().try_for_each(|warning| writeln!(out, "  {warning}"))?;
+    }
+    writeln!(out, "findings")?;
+    if info.findings.is_empty() {
+        writeln!(out, "  none")?;
+    }
+    info.findings.iter().try_for_each(|finding| writeln!(out, "  {}", finding.text))
+}
+
+/// Prints the contents of the model.
+fn print_model(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()> {
     let vector = |[x, y, z]: [f64; 3]| format!("{x} {y} {z}");
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
     writeln!(out, "{}", info.model)?;
@@ -264,21 +311,35 @@ fn print_text(
         }
     }
     if !info.clips.is_empty() {
-        let named = |(index, clip): (usize, &Clip)| {
-            let name = if clip.name.is_empty() { String::new() } else { format!(" {}", quoted(&clip.name)) };
-            format!("{index}{name} ({} to {} s)", number(clip.start.into()), number(clip.end.into()))
-        };
-        let mut clips: Vec<String> = info.clips.iter().enumerate().map(named).take(MAX_CLIPS).collect();
-        if info.clips.len() > MAX_CLIPS {
-            clips.push(counted((info.clips.len() - MAX_CLIPS) as u64, "others"));
-        }
-        line(out, "clips", clips.join(", "))?;
+        line(out, "clips", clip_names(&info.clips))?;
     }
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;
     }
     line(out, "up", vector(info.scene_up.map(f64::from)))?;
-    line(out, "memory", megabytes(info.scene_bytes))?;
+    line(out, "memory", megabytes(info.scene_bytes))
+}
+
+/// Names and times of the first [`MAX_CLIPS`] clips.
+fn clip_names(clips: &[Clip]) -> String {
+    let named = |(index, clip): (usize, &Clip)| {
+        let name = if clip.name.is_empty() { String::new() } else { format!(" {}", quoted(&clip.name)) };
+        format!("{index}{name} ({} to {} s)", number(clip.start.into()), number(clip.end.into()))
+    };
+    let mut names: Vec<String> = clips.iter().enumerate().map(named).take(MAX_CLIPS).collect();
+    if clips.len() > MAX_CLIPS {
+        names.push(counted((clips.len() - MAX_CLIPS) as u64, "others"));
+    }
+    names.join(", ")
+}
+
+/// Prints the numbers of the tree, and the faults of one from a file.
+fn print_tree(
+    info: &Info,
+    builder: BuilderKind,
+    reading: &TreeReading<'_>,
+    out: &mut dyn std::io::Write,
+) -> std::io::Result<()> {
     let tree = &info.tree;
     let label = if tree.file.is_some() { &tree.builder } else { builder.label() };
     writeln!(out, "tree: {label}, {} containers", tree.container)?;
@@ -295,6 +356,11 @@ fn print_text(
         }
         file.faults.iter().try_for_each(|fault| writeln!(out, "  {}", fault.text))?;
     }
+    Ok(())
+}
+
+/// Prints the visits by rays of each population.
+fn print_rays(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()> {
     if !info.populations.is_empty() {
         writeln!(out, "rays")?;
     }
@@ -311,13 +377,5 @@ fn print_text(
         );
         line(out, sums.population.name(), text)?;
     }
-    if !info.warnings.is_empty() {
-        writeln!(out, "warnings")?;
-        info.warnings.iter().try_for_each(|warning| writeln!(out, "  {warning}"))?;
-    }
-    writeln!(out, "findings")?;
-    if info.findings.is_empty() {
-        writeln!(out, "  none")?;
-    }
-    info.findings.iter().try_for_each(|finding| writeln!(out, "  {}", finding.text))
+    Ok(())
 }

@@ -81,7 +81,7 @@ fn validate_tree<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> Result
     Ok(())
 }
 
-/// Whether triangles were split, so that several leaves may hold one.
+/// Whether triangles were split: several leaves may hold one.
 const fn is_split<C: Container>(tree: &Tree<C>, triangles: &[Triangle]) -> bool {
     tree.primitive_indices.len() > triangles.len()
 }

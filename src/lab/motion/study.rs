@@ -79,7 +79,7 @@ pub struct MotionRow {
     pub frame: usize,
     /// Time of the clip in seconds.
     pub seconds: f32,
-    /// What its update did; its times are those of the last round.
+    /// The work of its update, with the times of the last round.
     pub update: Update,
     /// Times of each round.
     pub rounds: FrameRounds,

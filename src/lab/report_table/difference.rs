@@ -56,7 +56,7 @@ fn line(of: &Number, compared: &Compared, a: &Measurement, b: &Measurement) -> V
     cells
 }
 
-/// What a time or speed is judged by: "build ms: B × 0.50, 0.48 to 0.52 over 9 rounds; A 19.00 to 21.00, B 9.000 to 10.00 (1 of 9 disturbed)".
+/// The measurements behind the verdict on a time or speed: "build ms: B × 0.50, 0.48 to 0.52 over 9 rounds; A 19.00 to 21.00, B 9.000 to 10.00 (1 of 9 disturbed)".
 fn basis(of: &Number, a: &Measurement, b: &Measurement) -> Option<String> {
     let compared = of.compared.as_ref().filter(|compared| compared.is_timed)?;
     let factor = judge_rows(of, a, b).1?;
