@@ -1,6 +1,7 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
 use crate::lab::population::{Population, Populations};
+use crate::lab::report_table::TableFormat;
 use crate::render::{Background, Light, RayKind};
 use crate::view::NamedView;
 use bvhscope_engine::construction::MergeOrder;
@@ -43,6 +44,7 @@ named!(
     MergeOrder,
     Population,
     Policy,
+    TableFormat,
 );
 
 /// Parses the name of any value of `T`.

@@ -1,6 +1,6 @@
 //! `bench`, `sweep`, `scaling`, `compare` and `animate`: run a measuring job over models, and write its rows to stdout and files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -16,7 +16,7 @@ use crate::lab::motion::AnimatePlan;
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::prediction::Correlation;
-use crate::lab::report_table::{summary, tables};
+use crate::lab::report_table::{TableFormat, summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Moment, Scene, SceneSource};
@@ -28,15 +28,32 @@ use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
+/// The name that stands for standard output.
+const STDOUT: &str = "-";
+
 /// Output options of a measuring command.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Output {
     /// Print JSON lines instead of tables.
     pub json: bool,
-    /// CSV file to write as well.
+    /// How tables are written.
+    pub format: TableFormat,
+    /// CSV file to write as well; [`STDOUT`] takes the place of the tables.
     pub csv: Option<PathBuf>,
     /// Plot to draw as well.
     pub plot: Option<PathBuf>,
+}
+
+impl Output {
+    /// Whether the rows are printed as CSV.
+    fn prints_csv(&self) -> bool {
+        self.csv.as_deref().is_some_and(|path| path == Path::new(STDOUT))
+    }
+
+    /// The file for CSV, where it is one.
+    fn csv_file(&self) -> Option<&PathBuf> {
+        self.csv.as_ref().filter(|_| !self.prints_csv())
+    }
 }
 
 /// How rays are traced to be measured, in any model.
@@ -80,14 +97,23 @@ pub struct MeasureCommand {
     pub output: Output,
 }
 
-/// Measures one model after another. With several models, one that cannot be used is reported and skipped, and the command
-/// fails at the end. Rows measured before an early end are still printed and written.
+/// Measures one model after another. Of several models none may be missing; one that cannot be used is reported and skipped, and
+/// the command fails at the end. Rows measured before an early end are still printed and written.
 pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = command.job.refusal() {
         return Err(Failure::Usage(text));
     }
+    if command.output.json && command.output.prints_csv() {
+        return Err(Failure::Usage("--json and --csv - both write to standard output: leave one out".to_owned()));
+    }
     if let Some(path) = &command.output.plot {
         PlotFormat::of(path).map_err(Failure::Usage)?;
+    }
+    // Before the first of them is measured, which may take hours.
+    let missing: Vec<_> =
+        command.sources.iter().filter(|source| source.is_missing()).map(ToString::to_string).collect();
+    if command.sources.len() > 1 && !missing.is_empty() {
+        return Err(Failure::Failed(printable(&format!("no such file: {}", missing.join(", "))).into_owned()));
     }
     let mut read = Protected::default();
     read.add_read(command.sources.iter().filter_map(SceneSource::path));
@@ -135,7 +161,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
 /// Checks that both outputs can be written, are two files and none of those `read`.
 fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
     let mut protected = read.clone();
-    for path in [&output.csv, &output.plot].into_iter().flatten() {
+    for path in output.csv_file().into_iter().chain(&output.plot) {
         check_target(path, &protected)?;
         protected.add_output(path);
     }
@@ -146,7 +172,7 @@ fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
 fn write_files(output: &Output, rows: &[Measurement], ended_early: bool, read: &Protected) -> Result<(), Failure> {
     let mut protected = read.clone();
     let mut written = Ok(());
-    if let Some(path) = output.csv.as_ref().filter(|_| !(ended_early && rows.is_empty())) {
+    if let Some(path) = output.csv_file().filter(|_| !(ended_early && rows.is_empty())) {
         written = write_file(path, &protected, |writer| write_csv(rows, writer)).map_err(Failure::from);
         if written.is_ok() {
             note_written(path, &counted(rows.len() as u64, "rows"));
@@ -222,7 +248,7 @@ impl Run<'_> {
         let subject = Subject { model: source.to_string(), scene, trees, load: context.load.clone() };
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
-        let has_files = command.output.csv.is_some() || command.output.plot.is_some();
+        let has_files = command.output.csv_file().is_some() || command.output.plot.is_some();
         let Self { rows, output_failure, finished, .. } = self;
         // Frames of a clip have warnings of their own.
         let known = subject.scene.warnings.entries.iter().map(ToString::to_string).collect::<Vec<_>>();
@@ -323,11 +349,14 @@ fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Co
     if rows.is_empty() {
         return Ok(());
     }
+    if command.output.prints_csv() {
+        return write_csv(rows, context.out).map_err(std::io::Error::other);
+    }
     for (index, table) in tables(command.job.command(), rows).iter().enumerate() {
         if index > 0 {
             writeln!(context.out)?;
         }
-        write!(context.out, "{}", printable_lines(&table.to_string()))?;
+        write!(context.out, "{}", printable_lines(&table.written(command.output.format)))?;
     }
     Ok(())
 }

@@ -74,6 +74,7 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
+    #[expect(clippy::too_many_lines, reason = "a list of pipelines and buffers")]
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, group: &wgpu::BindGroupLayout) -> Self {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("overlay"),

@@ -255,6 +255,7 @@ impl Assembly {
     }
 
     /// The finished scene, or an error if it has no or too many triangles.
+    #[expect(clippy::too_many_lines, reason = "the parts of a scene, one after another")]
     pub(super) fn finish(mut self, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
         let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
         if self.triangles.is_empty() {

@@ -122,6 +122,30 @@ fn wrong_flags_name_flag_value_and_range() {
 }
 
 #[test]
+fn tables_have_the_format_that_is_asked_for() {
+    let bench = |more: &[&str]| {
+        run(&[&["bench", "builtin:teapot:1", "--size", "16x16", "--repeat", "1", "--container", "box"], more].concat())
+    };
+    let (code, markdown, _) = bench(&["--format", "markdown"]);
+    assert_eq!((code, markdown.lines().filter(|line| line.contains("---:")).count() > 0), (0, true), "{markdown}");
+    let (_, latex, _) = bench(&["--format", "latex"]);
+    assert!(latex.contains("\\begin{tabular}{lr") && latex.contains("\\bottomrule"), "{latex}");
+    let (_, csv, _) = bench(&["--csv", "-"]);
+    assert!(csv.starts_with("command,") && csv.lines().all(|line| line.contains(',')), "{csv}");
+    let (code, _, error) = bench(&["--csv", "-", "--json"]);
+    assert_eq!((code, error.contains("leave one out")), (2, true), "{error}");
+    let (_, table, _) = bench(&[]);
+    assert!(!table.contains("sphere"), "columns of a container that is not measured: {table}");
+}
+
+#[test]
+fn a_missing_model_is_reported_before_others_are_measured() {
+    let (code, out, error) = run(&["bench", "builtin:teapot:1", "missing.obj", "--size", "16x16", "--repeat", "1"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(error.contains("missing.obj") && !error.contains("teapot"), "{error}");
+}
+
+#[test]
 fn unusable_files_fail_with_code_one_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("out.png");

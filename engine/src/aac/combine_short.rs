@@ -22,6 +22,7 @@ struct Matrix<const N: usize>([[f32; N]; N]);
 /// Merges the closest pair of the clusters from `base` on until `target` are left. There must be more than `target` and at most
 /// `N` clusters, the lanes of `W` vectors.
 #[inline(always)]
+#[expect(clippy::too_many_lines, reason = "one loop over lists in registers")]
 pub fn combine_short<C: ClusterContainer, S: Simd, V: Lanes<S>, const W: usize, const N: usize>(
     simd: S,
     list: &mut ClusterStack<C>,

@@ -165,6 +165,7 @@ impl<C: ClusterContainer> CollapsedSubtree<C> {
 }
 
 /// Writes the nodes of the top, then those of each subtree from left to right.
+#[expect(clippy::too_many_lines, reason = "one pass over the nodes")]
 fn assemble<C: ClusterContainer>(
     tree: &mut Tree<C>,
     partition: &[PartitionNode],

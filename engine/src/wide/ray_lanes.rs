@@ -182,6 +182,7 @@ impl<const N: usize> RayLanes<N> {
     /// Prepares the first eight of `rays` for containers of type `C` and stores them from index `first` on, a multiple
     /// of [`RAY_LANES`]. Returns a mask of the rays that can hit anything.
     #[inline(always)]
+    #[expect(clippy::too_many_lines, reason = "a list of fields")]
     pub(crate) fn set<S: Simd, C: RayRows>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
         if rays.is_empty() {
             return 0;

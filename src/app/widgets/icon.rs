@@ -39,6 +39,7 @@ pub(crate) enum Icon {
 impl Icon {
     /// Paints the icon around `center`, about 10 points wide. `behind` is the colour of the background, which fills what is
     /// in front.
+    #[expect(clippy::too_many_lines, reason = "a table of shapes")]
     pub(crate) fn paint(self, painter: &Painter, center: Pos2, color: Color32, behind: Color32) {
         let stroke = Stroke::new(1.4, color);
         match self {

@@ -53,6 +53,7 @@ pub(crate) fn slider<T: Numeric>(ui: &mut Ui, value: &mut T, spec: &SliderSpec<'
     changed
 }
 
+#[expect(clippy::too_many_lines, reason = "the layout of a widget")]
 fn number_slider(ui: &mut Ui, value: &mut f64, spec: &SliderSpec<'_>) -> bool {
     let before = *value;
     let mut touched = false;

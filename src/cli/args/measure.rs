@@ -17,6 +17,7 @@ use crate::cli::values::{self, ModelParser};
 use crate::headless::diff::DiffTree;
 use crate::lab::motion::MAX_FRAMES;
 use crate::lab::population::Populations;
+use crate::lab::report_table::TableFormat;
 use crate::scene::SceneSource;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
@@ -56,7 +57,10 @@ pub struct MeasureArgs {
     /// Print one JSON object a line instead of the table
     #[arg(long)]
     pub json: bool,
-    /// Also write the rows as CSV
+    #[arg(long, value_name = "NAME", value_parser = named::<TableFormat>, default_value = "text",
+          conflicts_with = "json", help = help::<TableFormat>("How the table is written: ", ""))]
+    pub format: TableFormat,
+    /// Also write the rows as CSV; - prints them instead of the table
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Also draw the plot

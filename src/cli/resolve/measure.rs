@@ -67,7 +67,7 @@ pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureComma
         trees,
         trace: trace(&args.trace, &args.camera),
         populations: args.rays.unwrap_or_default(),
-        output: Output { json: args.json, csv: args.csv, plot: args.plot },
+        output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
     }
 }
 

@@ -106,6 +106,7 @@ fn verdicts(policies: &[Policy], costs: &[Vec<FrameCost>], index: usize, view: &
     best.into_iter().chain(rebuilt.and_then(with_break_even)).collect()
 }
 
+#[expect(clippy::too_many_lines, reason = "a list of fields")]
 fn measurement(
     row: &MotionRow,
     clip: &str,

@@ -12,9 +12,21 @@ use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, tick_text};
 use crate::text::{cut, printable};
 
-/// The palette of Okabe and Ito as RGB: distinguishable with any colour vision and in greyscale.
-pub const COLORS: [[u8; 3]; 7] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [0, 0, 0]];
+/// The palette of Okabe and Ito as RGB, with grey in place of its yellow, which is pale on white: distinguishable with any colour
+/// vision.
+pub const COLORS: [[u8; 3]; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [86, 180, 233],
+    [230, 159, 0],
+    [0, 0, 0],
+    [120, 120, 120],
+];
+/// Lengths in pixels of the dashes of lines and of the gaps between them, by the index of the colour; without a gap solid. With the
+/// three markers, eight curves differ in print without colours.
+const DASHES: [[u32; 2]; 8] = [[1, 0], [1, 0], [1, 0], [12, 5], [12, 5], [12, 5], [3, 4], [3, 4]];
 /// Name under which the font is registered.
 const FONT: &str = "plot";
 /// Size of the font of labels in pixels.
@@ -66,6 +78,10 @@ fn color_of(curve: &Curve) -> RGBColor {
     RGBColor(r, g, b)
 }
 
+fn dash_of(curve: &Curve) -> [u32; 2] {
+    DASHES[curve.color % DASHES.len()]
+}
+
 /// Draws an entry of a legend whose middle is at `y`.
 pub(super) fn legend_entry<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
@@ -81,7 +97,11 @@ pub(super) fn legend_entry<B: DrawingBackend>(
         Look::Rings => area.draw(&Circle::new((x + 13, y), 7, color.stroke_width(2)))?,
         Look::Measured => {
             if joined {
-                area.draw(&PathElement::new(line, color.stroke_width(2)))?;
+                let [dash, gap] = dash_of(curve);
+                for start in (x..x + 26).step_by((dash + gap).max(1) as usize).take(if gap == 0 { 1 } else { 26 }) {
+                    let end = if gap == 0 { x + 26 } else { (start + dash as i32).min(x + 26) };
+                    area.draw(&PathElement::new([(start, y), (end, y)], color.stroke_width(2)))?;
+                }
             }
             area.draw(&marker((x + 13, y), curve.color, color))?;
         }
@@ -187,21 +207,37 @@ fn draw_curve<B: DrawingBackend>(plane: &mut Plane<'_, B>, chart: &Chart, curve:
     let faint = color.mix(0.55).stroke_width(1);
     plane.draw_series(whiskers.map(|ends| PathElement::new(ends.map(|[x, y]| (x, y)), faint)))?;
     match curve.look {
-        Look::Reference => plane.draw_series(LineSeries::new(places(), BLACK.mix(0.45).stroke_width(1)))?,
-        Look::Line => plane.draw_series(LineSeries::new(places(), color.stroke_width(1)))?,
+        Look::Reference => {
+            plane.draw_series(LineSeries::new(places(), BLACK.mix(0.45).stroke_width(1)))?;
+        }
+        Look::Line => draw_line(plane, curve, color.stroke_width(1))?,
         Look::Dots => {
             let radius = if curve.points.len() > MANY { 2 } else { 4 };
-            plane.draw_series(places().map(|at| Circle::new(at, radius, color.mix(0.6).filled())))?
+            plane.draw_series(places().map(|at| Circle::new(at, radius, color.mix(0.6).filled())))?;
         }
-        Look::Rings => plane.draw_series(places().map(|at| Circle::new(at, 7, color.stroke_width(2))))?,
+        Look::Rings => {
+            plane.draw_series(places().map(|at| Circle::new(at, 7, color.stroke_width(2))))?;
+        }
         Look::Measured => {
             if chart.is_joined() {
-                plane.draw_series(LineSeries::new(places(), color.stroke_width(2)))?;
+                draw_line(plane, curve, color.stroke_width(2))?;
             }
             let markers = places().map(|at| EmptyElement::at(at) + marker((0, 0), curve.color, color));
-            plane.draw_series(markers)?
+            plane.draw_series(markers)?;
         }
-    };
+    }
+    Ok(())
+}
+
+/// Joins the points of a curve, by dashes where its colour has some.
+fn draw_line<B: DrawingBackend>(plane: &mut Plane<'_, B>, curve: &Curve, style: ShapeStyle) -> Result<(), Failed<B>> {
+    let places = curve.points.iter().map(|point| (point.x, point.y));
+    let [dash, gap] = dash_of(curve);
+    if gap == 0 {
+        plane.draw_series(LineSeries::new(places, style))?;
+    } else {
+        plane.draw_series(DashedLineSeries::new(places, dash, gap, style))?;
+    }
     Ok(())
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::bitmap::Bitmap;
 use super::chart::{Chart, Curve};
 use super::charts::charts;
 use super::draw::{self, text_width};
@@ -163,8 +164,9 @@ pub fn draw(figure: &Figure, format: PlotFormat, token: &CancelToken) -> Result<
         }
         PlotFormat::Png => {
             let mut pixels = vec![255_u8; (size.0 * size.1 * 3) as usize];
-            draw_on(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), &lines, &bands, token)?;
             let refused = |text: String| LabError::Refused(text);
+            let bitmap = Bitmap::new(&mut pixels, size).map_err(refused)?;
+            draw_on(&bitmap.into_drawing_area(), &lines, &bands, token)?;
             let picture = image::RgbImage::from_raw(size.0, size.1, pixels)
                 .ok_or_else(|| refused("the plot has no pixels".to_owned()))?;
             let mut bytes = std::io::Cursor::new(Vec::new());

@@ -11,6 +11,7 @@ mod scaling;
 mod charts;
 mod notes;
 
+mod bitmap;
 mod figure;
 
 mod draw;

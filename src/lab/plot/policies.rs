@@ -1,6 +1,6 @@
 //! The charts of policies over the frames of a clip.
 
-use super::axis::Axis;
+use super::axis::{Axis, Scale};
 use super::chart::{Chart, Curve, Look, Point};
 use super::series::{curves, series_name, value_axis};
 use crate::catalog::numbers::Number;
@@ -17,6 +17,8 @@ const QUANTITIES: [(&Number, &str); 5] = [
     (EPO, "End-point overlap"),
 ];
 
+/// Part of a linear axis below which the curves without the farthest one are flattened by it.
+const FLAT: f64 = 0.35;
 /// Frames from which markers would cover the lines.
 const MANY: usize = 40;
 
@@ -54,9 +56,29 @@ fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Optio
         curve.look = Look::Line;
     }
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let axes = [Axis::linear(points().map(|point| point.x)), value_axis(&curves, |point| point.y)];
-    let labels = ["Time of the clip (s)".to_owned(), label.to_owned()];
+    let axes = [Axis::linear(points().map(|point| point.x)), policy_axis(&curves)];
+    let scale = if axes[1].scale == Scale::Log { ", logarithmic" } else { "" };
+    let labels = ["Time of the clip (s)".to_owned(), format!("{label}{scale}")];
     Chart { title: String::new(), labels, axes, curves, rows: Vec::new() }
+}
+
+/// The axis up: logarithmic also where a single curve is so far from all others that it would flatten them.
+fn policy_axis(curves: &[Curve]) -> Axis {
+    let range = |left_out: Option<usize>| {
+        let others = curves.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);
+        let values = others.flat_map(|(_, curve)| curve.points.iter().map(|point| point.y));
+        let [low, high] =
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+        [low, high - low]
+    };
+    let [least, all] = range(None);
+    let is_flattened = curves.len() > 2 && (0..curves.len()).any(|index| range(Some(index))[1] < all * FLAT);
+    if is_flattened && least > 0.0 {
+        let points = curves.iter().flat_map(|curve| &curve.points);
+        Axis::logarithmic(points.flat_map(|point| point.spread.into_iter().flatten().chain([point.y])))
+    } else {
+        value_axis(curves, |point| point.y)
+    }
 }
 
 #[cfg(test)]
@@ -102,5 +124,19 @@ mod tests {
         assert!(notes[0].starts_with("thing.obj, 7,001 triangles, clip 'run', boxes. "), "{notes:?}");
         assert!(notes.iter().any(|note| note.contains("quartiles of the rounds")), "{notes:?}");
         assert!(!notes.iter().any(|note| note.contains("predictions")), "{notes:?}");
+    }
+
+    #[test]
+    fn a_policy_far_from_all_others_makes_the_axis_logarithmic() {
+        let curve = |name: &str, values: [f64; 2]| Curve {
+            name: name.to_owned(),
+            color: 0,
+            look: Look::Measured,
+            points: values.map(|value| Point::of([value, value])).into(),
+        };
+        let near = [curve("refit", [20.0, 24.0]), curve("rebuild", [19.0, 22.0])];
+        assert_eq!(policy_axis(&near).scale, Scale::Linear);
+        let far = [near.to_vec(), vec![curve("keep", [21.0, 128.0])]].concat();
+        assert_eq!(policy_axis(&far).scale, Scale::Log);
     }
 }

@@ -11,6 +11,8 @@ mod policies;
 mod predictions;
 mod speedups;
 
+mod formats;
+
 mod by_command;
 mod summary;
 
@@ -19,4 +21,5 @@ pub use by_command::tables;
 pub use difference::difference_table;
 pub(super) use format::conditions_and_threads;
 pub use format::{models, name_among, number, short};
+pub use formats::TableFormat;
 pub use summary::summary;

@@ -72,6 +72,7 @@ impl<'a> Reference<'a> {
 }
 
 impl Reader<'_, '_> {
+    #[expect(clippy::too_many_lines, reason = "a list of fields")]
     fn read(&mut self, json: &gltf::Material, index: usize) -> (Material, MaterialUse) {
         let surface = json.pbr_metallic_roughness();
         let mut maps = Maps { reader: self, material: index, uv_sets: Vec::new() };

@@ -214,6 +214,7 @@ impl<T: Copy> Fifo<T> {
 }
 
 /// Appendix A, mode 1: triangles.
+#[expect(clippy::too_many_lines, reason = "the codec of the specification, case by case")]
 fn triangles(bytes: &[u8], count: usize, token: &CancelToken) -> Result<Vec<u32>, MeshoptError> {
     let version = match bytes.first() {
         Some(0xe0) => 0,

@@ -90,6 +90,7 @@ pub(super) fn declared_triangles<'a>(
 }
 
 /// Decodes a primitive. The last of `materials` is the default one.
+#[expect(clippy::too_many_lines, reason = "one attribute after another")]
 pub(super) fn read<'a>(
     json: &gltf::Primitive<'a>,
     accessors: &Accessors<'a>,

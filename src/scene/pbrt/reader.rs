@@ -146,6 +146,7 @@ impl<'a, 'b> Reader<'a, 'b> {
     }
 
     /// Reads a statement; returns the file that it includes, and whether it is imported.
+    #[expect(clippy::too_many_lines, reason = "a table of statements")]
     fn statement(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<(Tokens<'a>, bool)>, LoadError> {
         let word = tokens.word()?.to_vec();
         match &word[..] {

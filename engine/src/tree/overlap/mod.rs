@@ -87,6 +87,7 @@ struct SampleSlot {
     sample: u32,
 }
 
+#[expect(clippy::too_many_lines, reason = "the steps of one estimate")]
 fn overlap_of<C: Clip>(
     tree: &Tree<C>,
     triangles: &[Triangle],

@@ -35,6 +35,7 @@ const LEAST_STACK: usize = 256;
 /// is entered beyond `t_max` is skipped; without it, nodes are visited in their order. Children at equal distances keep their
 /// order.
 #[inline(always)]
+#[expect(clippy::too_many_lines, reason = "the loop of every ray, whose variables stay in registers")]
 pub(crate) fn walk<S: Simd, C: Container, P: Probe, const ORDERED: bool, const FARTHEST_FIRST: bool>(
     simd: S,
     tree: &Tree<C>,

@@ -82,6 +82,7 @@ impl<C: WideContainer> ChunkRange<'_, C> {
 
     /// Decides the nodes that were pending in single chunks or groups, then `root`.
     #[inline(always)]
+    #[expect(clippy::too_many_lines, reason = "the steps of one pass over pending nodes")]
     fn join<S: Simd>(
         &mut self,
         simd: S,

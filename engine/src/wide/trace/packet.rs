@@ -130,6 +130,7 @@ struct Packet<C: BeamContainer> {
 impl<C: BeamContainer> Packet<C> {
     /// Prepares rays; `None` if they are not coherent enough.
     #[inline(always)]
+    #[expect(clippy::too_many_lines, reason = "sets each lane of a packet up once")]
     fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
         let first = rays.first()?;
         let near = each!(axis => usize::from(first.direction[axis] < 0.0));

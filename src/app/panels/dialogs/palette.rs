@@ -11,6 +11,7 @@ use crate::app::widgets::{Tip as _, note_front};
 const WIDTH: f32 = 520.0;
 
 /// Shows the dialog while it is open.
+#[expect(clippy::too_many_lines, reason = "the layout of a dialog")]
 pub(crate) fn show(ctx: &egui::Context, state: &mut AppState) {
     let chosen_id = Id::unique("palette chosen");
     let Some(mut query) = state.layout.palette.clone() else {

@@ -5,10 +5,10 @@ use egui::{
     WidgetInfo, pos2, vec2,
 };
 
-use crate::app::state::{AppState, CompareView, TreeSide};
+use crate::app::state::{AppState, CompareView, Presented, Standing, TreeSide};
 use crate::app::{format, theme};
 use crate::lab::diff::{DifferenceMap, diverging};
-use crate::overlay::{self, ColorBy, Role};
+use crate::overlay::{self, ColorBy, NodeTable, Role};
 use crate::render::{Frame, HeatKind, Shading};
 use bvhscope_engine::construction::Cut;
 
@@ -88,71 +88,28 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
 /// Legend of the containers.
 fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let shown = state.model.presented.as_ref()?;
-    let settings = &state.wanted.overlay;
     if state.drawn_kinds().is_empty() || state.layout.graphics.failed {
         return None;
     }
     let nodes = state.layout.graphics.shown.as_ref()?;
-    let standing = state.layout.graphics.standing.as_ref();
-    let table = standing.and_then(|standing| standing.table()).unwrap_or(&shown.table);
-    let mut drawn = table.drawable(settings);
+    let standing = state.layout.graphics.standing.as_deref();
+    let table = standing.and_then(Standing::table).unwrap_or(&shown.table);
+    let mut drawn = table.drawable(&state.wanted.overlay);
     if drawn.color_by == ColorBy::Survival && nodes.is_new.is_empty() {
         // The other tree is not known yet.
         drawn.color_by = ColorBy::Depth;
     }
     let mut legend = overlay::legend(&drawn, table, nodes);
-    // Listed even while no container is hovered, so that the legend's height stays the same.
-    let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
-    let mut marked: Vec<(&[Role], &str)> = Vec::new();
-    if let Some(node) = selected {
-        marked.push((&[Role::Selected], "selected"));
-        if !shown.table.is_leaf(node) {
-            marked.push((&[Role::FirstChild, Role::SecondChild], "children"));
-        }
-    }
-    marked.push((&[Role::Hovered], if selected.is_some() { "hovered" } else { "under the pointer" }));
-    if let Some(standing) = standing {
+    if standing.is_some() {
         // The active clusters are of any depth.
         legend.drawn = None;
-        marked = if standing.made.is_none() {
-            vec![(&[Role::Hovered], "under the pointer")]
-        } else {
-            vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")]
-        };
     }
-    let has_overlap = |node: u32| !shown.table.overlap_instances(node).is_empty();
-    let mut filled: Vec<(&[Role], &str)> = Vec::new();
-    if settings.overlap && standing.is_none() && selected.is_some_and(has_overlap) {
-        filled.push((&[Role::Overlap], "filled: shared by the children"));
-    }
-    let mut of_ray: Vec<(&[Role], &str)> = Vec::new();
-    if table.faulty().next().is_some() {
-        of_ray.push((&[Role::Faulty], "sticks out"));
-    }
-    if state.shows_ray() && state.selection.nodes.has_ray() {
-        of_ray.extend([(&[Role::Traced][..], "ray's step"), (&[Role::Waiting], "on its stack")]);
-    }
-    let swatches = |marked: &[(&[Role], &str)]| {
-        let swatch = |(roles, name): &(&[Role], &str)| {
-            (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned())
-        };
-        Part::Swatches(marked.iter().map(swatch).collect())
-    };
-    let [filled, of_ray] = [filled, of_ray].map(|marked| (!marked.is_empty()).then(|| swatches(&marked)));
+    let roles =
+        [Some(marked_roles(state, shown, standing)), filled_roles(state, shown, standing), ray_roles(state, table)];
     let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
-        let [first, last] = shown.table.drawn_depths(settings);
-        let depths = if standing.is_some() && state.model.cut.wanted_cut().is_some() {
-            "nodes of the cut".to_owned()
-        } else if standing.is_some() {
-            "active clusters".to_owned()
-        } else if first == last {
-            format!("depth {first}")
-        } else {
-            format!("depths {first} to {last}")
-        };
-        ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], depths)])])
+        ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], drawn_nodes(state, shown, standing))])])
     } else if drawn.color_by == ColorBy::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
     } else if drawn.color_by == ColorBy::Planes {
@@ -168,10 +125,77 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         Part::Text(format!("{drawn} of {wanted}: {largest}"))
     });
     let title = if standing.is_some() { title.replace("Containers", "Clusters") } else { title };
-    Some(LegendBox {
-        title,
-        parts: colors.into_iter().chain([swatches(&marked)]).chain(filled).chain(of_ray).chain(cut).collect(),
-    })
+    let roles = roles.into_iter().flatten().map(|roles| swatches(&roles));
+    Some(LegendBox { title, parts: colors.into_iter().chain(roles).chain(cut).collect() })
+}
+
+/// Roles of nodes that have one colour, with a name for them.
+type NamedRoles = Vec<(&'static [Role], &'static str)>;
+
+fn swatches(named: &NamedRoles) -> Part {
+    let swatch =
+        |(roles, name): &(&[Role], &str)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned());
+    Part::Swatches(named.iter().map(swatch).collect())
+}
+
+/// The selected node of the shown tree.
+fn selected_node(state: &AppState, shown: &Presented) -> Option<u32> {
+    state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len())
+}
+
+/// The selected, hovered or merged nodes. Listed even while no container is hovered, so that the legend's height stays the same.
+fn marked_roles(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> NamedRoles {
+    if let Some(standing) = standing {
+        return if standing.made.is_none() {
+            vec![(&[Role::Hovered], "under the pointer")]
+        } else {
+            vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")]
+        };
+    }
+    let selected = selected_node(state, shown);
+    let mut marked: NamedRoles = Vec::new();
+    if let Some(node) = selected {
+        marked.push((&[Role::Selected], "selected"));
+        if !shown.table.is_leaf(node) {
+            marked.push((&[Role::FirstChild, Role::SecondChild], "children"));
+        }
+    }
+    marked.push((&[Role::Hovered], if selected.is_some() { "hovered" } else { "under the pointer" }));
+    marked
+}
+
+/// The overlap of the selected node's children, where it is filled.
+fn filled_roles(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> Option<NamedRoles> {
+    let has_overlap = |node: u32| !shown.table.overlap_instances(node).is_empty();
+    let is_filled = state.wanted.overlay.overlap && standing.is_none();
+    let is_filled = is_filled && selected_node(state, shown).is_some_and(has_overlap);
+    is_filled.then(|| vec![(&[Role::Overlap][..], "filled: shared by the children")])
+}
+
+/// Faulty nodes, and those of a ray's step.
+fn ray_roles(state: &AppState, table: &NodeTable) -> Option<NamedRoles> {
+    let mut roles: NamedRoles = Vec::new();
+    if table.faulty().next().is_some() {
+        roles.push((&[Role::Faulty], "sticks out"));
+    }
+    if state.shows_ray() && state.selection.nodes.has_ray() {
+        roles.extend([(&[Role::Traced][..], "ray's step"), (&[Role::Waiting], "on its stack")]);
+    }
+    (!roles.is_empty()).then_some(roles)
+}
+
+/// The nodes whose containers are drawn, in words.
+fn drawn_nodes(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> String {
+    let [first, last] = shown.table.drawn_depths(&state.wanted.overlay);
+    if standing.is_some() && state.model.cut.wanted_cut().is_some() {
+        "nodes of the cut".to_owned()
+    } else if standing.is_some() {
+        "active clusters".to_owned()
+    } else if first == last {
+        format!("depth {first}")
+    } else {
+        format!("depths {first} to {last}")
+    }
 }
 
 /// Title and colours where these tell which nodes another tree has too; `is_before` for the clusters of a tree before its passes.

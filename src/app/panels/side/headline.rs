@@ -171,6 +171,7 @@ fn reused_stages(shown: &Presented) -> Option<String> {
     (count > 0).then(|| format!("{} reused", format::counted(count, "stage")))
 }
 
+#[expect(clippy::too_many_lines, reason = "a list of tiles")]
 fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     let report = shown.map(|shown| &shown.accel.report);
     let times = shown.map(build_times);

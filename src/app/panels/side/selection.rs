@@ -100,6 +100,7 @@ fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 }
 
 /// Facts about the selected node.
+#[expect(clippy::too_many_lines, reason = "a list of rows")]
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     let table = &shown.table;
     if let Some(picked) = &state.selection.picked {
