@@ -122,7 +122,9 @@ mod tests {
         let covered = bitmap.covered(text, size);
         let columns = 1 + covered.iter().map(|((x, _), _)| *x).max().unwrap() as usize;
         let mut sums = vec![0.0; columns];
-        covered.iter().for_each(|((x, _), coverage)| sums[*x as usize] += coverage);
+        for ((x, _), coverage) in &covered {
+            sums[*x as usize] += coverage;
+        }
         // The centre of gravity of each group of columns with ink.
         sums.split(|sum| *sum == 0.0)
             .scan(0, |start, group| {
