@@ -17,9 +17,8 @@ struct View {
     // Origin and size in pixels of the render target.
     viewport: vec4f,
     hidden_alpha: f32,
-    scale_low: f32,
-    scale_high: f32,
-    color_by: u32,
+    // 1 where colours stand for depths, which are lighter above.
+    by_depth: u32,
     circle_segments: u32,
     show_picture: u32,
     // 1 where lines are white with a dark edge, over colours that stand for values.
@@ -28,7 +27,6 @@ struct View {
     strength: f32,
     // First and last depth of the drawn nodes, which differ in width and lightness.
     levels: vec2f,
-    padding: vec2f,
     // The section plane in view space: what `dot(xyz, point) + w` is positive for is cut off. Zero normal: none.
     section: vec4f,
     background: vec4f,

@@ -17,18 +17,16 @@ struct Node {
     @location(0) box_min: vec3f,
     @location(1) depth: u32,
     @location(2) box_max: vec3f,
-    @location(3) primitives: u32,
+    @location(3) place: f32,
     @location(4) sphere: vec4f,
     @location(5) node: u32,
     @location(6) flags: u32,
-    @location(7) area_share: f32,
-    @location(8) value: f32,
-    @location(9) low: vec4f,
-    @location(10) high: vec4f,
-    @location(11) corner: vec3f,
-    @location(12) edge_0: vec3f,
-    @location(13) edge_1: vec3f,
-    @location(14) edge_2: vec3f,
+    @location(7) low: vec4f,
+    @location(8) high: vec4f,
+    @location(9) corner: vec3f,
+    @location(10) edge_0: vec3f,
+    @location(11) edge_1: vec3f,
+    @location(12) edge_2: vec3f,
 }
 
 struct LineVertex {
@@ -200,17 +198,10 @@ fn color_of(node: Node, role: u32) -> vec4f {
     if view.neutral != 0u {
         return vec4f(1.0, 1.0, 1.0, view.hidden_alpha);
     }
-    var value: f32;
-    switch view.color_by {
-        case COLOR_BY_DEPTH: { value = sqrt(f32(node.depth)); }
-        case COLOR_BY_SIZE: { value = log2(max(node.area_share, 1e-12)); }
-        case COLOR_BY_PRIMITIVES: { value = log2(f32(max(node.primitives, 1u))); }
-        default: { value = node.value; }
-    }
-    let t = clamp((value - view.scale_low) / (view.scale_high - view.scale_low), 0.0, 1.0) * f32(RAMP_STOPS - 1u);
+    let t = node.place * f32(RAMP_STOPS - 1u);
     let stop = min(u32(t), RAMP_STOPS - 2u);
     let color = mix(view.ramp[stop].rgb, view.ramp[stop + 1u].rgb, t - f32(stop));
-    return vec4f(select(color, level_color(color, node.depth), view.color_by == COLOR_BY_DEPTH), view.hidden_alpha);
+    return vec4f(select(color, level_color(color, node.depth), view.by_depth != 0u), view.hidden_alpha);
 }
 
 // True where a view depth is in front of the surface at a pixel.

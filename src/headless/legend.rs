@@ -65,9 +65,8 @@ pub(super) fn of_containers(settings: &OverlaySettings, table: &NodeTable, shown
     let legend = overlay::legend(settings, table, shown);
     let [first, last] = shown.levels;
     if settings.color_by == ColorBy::Depth && last - first < MAX_LEVELS {
-        let [low, high] = shown.scale;
         let color = |depth: u32| {
-            let color = overlay::ramp(((depth as f32).sqrt() - low) / (high - low));
+            let color = overlay::ramp(shown.place((depth as f32).sqrt()));
             (overlay::level_color(color, depth, shown.levels), depth.to_string())
         };
         let title = format!("Depth of the containers; the tree reaches {}", table.max_depth());

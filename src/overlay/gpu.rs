@@ -83,9 +83,9 @@ impl Pipelines {
         });
         // The memory layout of `OverlayNode`, with the locations of `Node` in line.wgsl.
         let attributes = wgpu::vertex_attr_array![
-            0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x4,
-            5 => Uint32, 6 => Uint32, 7 => Float32, 8 => Float32, 9 => Float32x4, 10 => Float32x4,
-            11 => Float32x3, 12 => Float32x3, 13 => Float32x3, 14 => Float32x3
+            0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Float32, 4 => Float32x4,
+            5 => Uint32, 6 => Uint32, 7 => Float32x4, 8 => Float32x4,
+            9 => Float32x3, 10 => Float32x3, 11 => Float32x3, 12 => Float32x3
         ];
         let nodes = wgpu::VertexBufferLayout {
             array_stride: size_of::<OverlayNode>() as u64,

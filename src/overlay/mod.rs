@@ -2,7 +2,7 @@
 //! imports `render`.
 //!
 //! Only what is drawn is uploaded, whenever depths, filters or tree change, and at most the budget: all nodes of a million
-//! triangles would be 139 MB for each of the many trees a second that a dragged threshold builds. Choosing the nodes of such a
+//! triangles would be 131 MB for each of the many trees a second that a dragged threshold builds. Choosing the nodes of such a
 //! tree takes up to 10 ms, and 40 ms for the leaves of all depths.
 
 mod container_set;

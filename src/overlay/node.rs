@@ -1,6 +1,6 @@
 //! The instance data of a node.
 
-/// Instance data of one node, 144 bytes; the struct `Node` in `line.wgsl` has the same layout.
+/// Instance data of one node, 136 bytes; the struct `Node` in `line.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct OverlayNode {
@@ -10,8 +10,8 @@ pub struct OverlayNode {
     pub depth: u32,
     /// Upper corner of the box in world space.
     pub box_max: [f32; 3],
-    /// Number of primitives in the subtree.
-    pub primitives: u32,
+    /// Place on the colour scale, 0 to 1.
+    pub place: f32,
     /// Centre of the sphere in world space.
     pub sphere_center: [f32; 3],
     /// Radius of the sphere in world units.
@@ -20,11 +20,6 @@ pub struct OverlayNode {
     pub node: u32,
     /// Bit 0: leaf. Bits 8 to 11: [`Role`].
     pub flags: u32,
-    /// Surface area of the tree's own container relative to the root's, 0 to 1.
-    pub area_share: f32,
-    /// The colour's value where it is none of the others: overlap of the children, 0 for a leaf; log2 of the regret, and of the growth; 1
-    /// where only one of two trees has the node, else 0; the kind of an oriented box, 0 to 1.
-    pub value: f32,
     /// The polytope's lower planes along [`Dop14::DIAGONALS`](bvhscope_engine::Dop14::DIAGONALS); its box is that above.
     pub low: [f32; 4],
     /// The upper planes.

@@ -1,6 +1,5 @@
 //! The colour scale of containers: its range, its ramp and its legend, shared by shader and window.
 
-use crate::overlay::node::OverlayNode;
 use crate::overlay::node_table::{NodeTable, Shown};
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 
@@ -61,17 +60,6 @@ pub fn ramp(position: f32) -> [u8; 3] {
     })
 }
 
-/// Position of a node on the ramp. The shaders compute the same.
-pub(super) fn position(node: &OverlayNode, color_by: ColorBy, [low, high]: [f32; 2]) -> f32 {
-    let value = match color_by {
-        ColorBy::Depth => (node.depth as f32).sqrt(),
-        ColorBy::Size => node.area_share.max(1e-12).log2(),
-        ColorBy::Overlap | ColorBy::Regret | ColorBy::Survival | ColorBy::Growth | ColorBy::Planes => node.value,
-        ColorBy::Primitives => (node.primitives.max(1) as f32).log2(),
-    };
-    ((value - low) / (high - low)).clamp(0.0, 1.0)
-}
-
 /// The ramp's colours for the shader, sRGB RGBA, 0 to 1.
 #[cfg(feature = "gui")]
 pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
@@ -84,7 +72,7 @@ pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
 /// The legend of the containers `shown` of `table` with `settings`.
 pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> Legend {
     let [low, high] = shown.scale;
-    let at = |value: f32| ((value - low) / (high - low)).clamp(0.0, 1.0);
+    let at = |value: f32| shown.place(value);
     match settings.color_by {
         ColorBy::Depth => {
             let last = table.max_depth();

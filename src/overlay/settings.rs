@@ -8,24 +8,23 @@ use super::container_set::ContainerSet;
 /// The quantity that the colour of a container encodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[repr(u32)]
 pub enum ColorBy {
     /// Depth in the tree.
-    Depth = 0,
+    Depth,
     /// Surface area relative to the root's, logarithmic.
-    Size = 1,
+    Size,
     /// Overlap of the children as a fraction of the node's own area.
-    Overlap = 2,
+    Overlap,
     /// Number of primitives in the subtree, logarithmic.
-    Primitives = 3,
+    Primitives,
     /// Regret of the node, logarithmic.
-    Regret = 4,
+    Regret,
     /// Whether another tree has a node of the same triangles.
-    Survival = 5,
+    Survival,
     /// Surface area now over that when the tree was built, logarithmic.
-    Growth = 6,
+    Growth,
     /// Which planes an oriented box lies between.
-    Planes = 7,
+    Planes,
 }
 
 impl ColorBy {

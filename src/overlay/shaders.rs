@@ -6,7 +6,6 @@ use std::fmt::Write;
 use crate::overlay::level;
 use crate::overlay::node::Role;
 use crate::overlay::ramp::RAMP_STOPS;
-use crate::overlay::settings::ColorBy;
 
 const COMMON: &str = include_str!("../../shaders/common.wgsl");
 const PICTURE: &str = include_str!("../../shaders/picture.wgsl");
@@ -44,7 +43,7 @@ pub fn sources() -> [String; 11] {
     files.map(|files| format!("{constants}{COMMON}{}", files.concat()))
 }
 
-/// WGSL constants of roles, levels, colour meanings and the ramp.
+/// WGSL constants of roles, levels and the ramp.
 fn constants() -> String {
     let mut text = format!("const RAMP_STOPS: u32 = {RAMP_STOPS}u;\n");
     let mut define = |name: &str, kind: &str, value: &str| {
@@ -71,10 +70,6 @@ fn constants() -> String {
             define(&format!("{name}_COLOR"), "vec3f", &format!("vec3f({r:.3}, {g:.3}, {b:.3})"));
         }
     }
-    for meaning in ColorBy::ALL {
-        let name = format!("COLOR_BY_{}", meaning.label().to_uppercase());
-        define(&name, "u32", &format!("{}u", meaning as u32));
-    }
     text
 }
 
@@ -90,6 +85,5 @@ mod tests {
             assert!(LINE.contains(&case), "'{case}' is not in the shader");
         }
         assert!(constants().contains("const SELECTED_COLOR: vec3f = vec3f(1.000, 0.706, 0.329);"));
-        assert!(constants().contains("const COLOR_BY_OVERLAP: u32 = 2u;"));
     }
 }

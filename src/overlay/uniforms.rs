@@ -6,6 +6,7 @@ use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
 use crate::overlay::level::strength;
 use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
+use crate::overlay::settings::ColorBy;
 
 /// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -24,15 +25,12 @@ pub struct ViewUniforms {
     pub covered: [f32; 2],
     pub viewport: [f32; 4],
     pub hidden_alpha: f32,
-    pub scale_low: f32,
-    pub scale_high: f32,
-    pub color_by: u32,
+    pub by_depth: u32,
     pub circle_segments: u32,
     pub show_picture: u32,
     pub neutral: u32,
     pub strength: f32,
     pub levels: [f32; 2],
-    pub padding: [f32; 2],
     pub section: [f32; 4],
     pub background: [f32; 4],
     pub ramp: [[f32; 4]; RAMP_STOPS],
@@ -46,7 +44,6 @@ impl ViewUniforms {
         let (right, up, forward) = frame.axes();
         let perspective = input.camera.projection == Projection::Perspective;
         let distance = input.camera.distance();
-        let [scale_low, scale_high] = input.shown.scale;
         let line_width = if input.settings.line_width.is_finite() { input.settings.line_width } else { 1.25 };
         let points = if input.pixels_per_point.is_finite() { input.pixels_per_point } else { 1.0 };
         let is_neutral = input.neutral_lines && input.show_picture;
@@ -68,15 +65,12 @@ impl ViewUniforms {
             ),
             viewport: [x as f32, y as f32, width.max(1) as f32, height.max(1) as f32],
             hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
-            scale_low,
-            scale_high,
-            color_by: input.settings.color_by as u32,
+            by_depth: u32::from(input.settings.color_by == ColorBy::Depth),
             circle_segments,
             show_picture: u32::from(input.show_picture),
             neutral: u32::from(is_neutral),
             strength: strength(input.selection.selected.is_some(), is_neutral),
             levels: input.shown.levels.map(|level| level as f32),
-            padding: [0.0; 2],
             section: section(input, [right, up, forward]),
             background: input.backdrop,
             ramp: shader_ramp(),

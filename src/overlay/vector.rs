@@ -8,7 +8,7 @@ use super::highlight::highlighted;
 use super::level::{HIDDEN_SILHOUETTE, level_color, level_width, strength};
 use super::node::{OverlayNode, Role};
 use super::node_table::{NodeTable, Shown};
-use super::ramp::{position, ramp};
+use super::ramp::ramp;
 use super::selection::Selection;
 use super::settings::{ColorBy, OverlaySettings};
 use super::viewpoint::Viewpoint;
@@ -162,7 +162,7 @@ fn stroke(
     }
     let front = size.clamp(FAINTEST, 1.0) * strength(input.selection.selected.is_some(), input.neutral_lines);
     let silhouette = if kind == ContainerKind::Sphere { HIDDEN_SILHOUETTE } else { 1.0 };
-    let color = ramp(position(node, settings.color_by, input.shown.scale));
+    let color = ramp(node.place);
     let levels = input.shown.levels;
     Stroke {
         color: if input.neutral_lines {

@@ -73,9 +73,7 @@ fn highest_of_primitives<C: Container>(
     // Parents come before their children, so one forward pass propagates depth and the cluster, once it is reached.
     let mut of_node = vec![(0_u32, None); tree.nodes.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
-        if index % CHECK_EVERY == 0 {
-            token.check()?;
-        }
+        token.check_every(CHECK_EVERY, index)?;
         let (depth, above) = of_node[index];
         let own = index as u32;
         let reached = above.or_else(|| is_cluster(own, depth).then_some(own));

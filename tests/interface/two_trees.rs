@@ -96,7 +96,7 @@ fn colours_tell_which_containers_the_other_tree_has() {
         assert_eq!(shown.is_new, expected);
         assert!(expected.contains(&true) && expected.contains(&false), "the root at least is in both");
     }
-    assert!(harness.query_by_label_contains("Legend. Containers: triangles of one node").is_some());
+    assert!(harness.query_by_label_contains("Legend. Containers: in both trees?").is_some());
     // With one tree, those that its passes made.
     let mut harness = app();
     self::state(&mut harness).wanted.overlay.color_by = ColorBy::Survival;
@@ -109,7 +109,7 @@ fn colours_tell_which_containers_the_other_tree_has() {
     settle(&mut harness);
     let shown = harness.state().state.layout.graphics.shown.clone().unwrap();
     assert!(shown.is_new.contains(&true) && shown.is_new.contains(&false), "{:?}", shown.is_new);
-    assert!(harness.query_by_label_contains("moved by them").is_some());
+    assert!(harness.query_by_label_contains("Legend. Containers: moved by the passes?: before them too").is_some());
 }
 
 #[test]

@@ -168,16 +168,24 @@ fn an_instance_describes_its_node() {
     let table = table::<Aabb>(row(8));
     let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, ..settings(0, 9) }
         .with_kinds(ContainerKind::OF_PAPER.into_iter().collect());
-    let root = table.instance(0, 0, &by_primitives);
-    assert_eq!((root.depth, root.primitives, root.flags, root.area_share, root.value), (0, 8, 0, 1.0, 0.0));
+    let shown = table.shown(&by_primitives, &Selection::default(), None);
+    let instances = table.instances(&shown, &by_primitives);
+    let root = instances.iter().find(|instance| instance.node == 0).unwrap();
+    assert_eq!((root.depth, root.flags, root.place), (0, 0, 1.0), "it has most triangles");
     assert!(root.sphere_radius > 7.0);
-    let leaf = table.instance(*table.by_depth(table.len() as u32).last().unwrap(), 3, &by_primitives);
-    assert_eq!((leaf.depth, leaf.primitives, leaf.flags), (3, 1, 1));
-    assert!(leaf.area_share > 0.0 && leaf.area_share < 0.1);
+    let last = *table.by_depth(table.len() as u32).last().unwrap();
+    let leaf = instances.iter().find(|instance| instance.node == last).unwrap();
+    assert_eq!((leaf.depth, leaf.flags, leaf.place), (3, 1, 0.0), "it has fewest");
+    assert_eq!((table.primitives(0), table.primitives(last)), (8, 1));
+    assert!(table.area_share(last) > 0.0 && table.area_share(last) < 0.1);
+    let by_depth = settings(0, 9);
+    for node in table.instances(&table.shown(&by_depth, &Selection::default(), None), &by_depth) {
+        assert!((node.place - (node.depth as f32 / 3.0).sqrt()).abs() < 1e-6, "{node:?}");
+    }
     let left = table.children(0).start;
     let right = left + 1;
     assert_eq!(table.overlap(0), Some(0.0), "a row along x overlaps nowhere");
-    assert_eq!((table.overlap(leaf.node), leaf.value), (None, 0.0), "a leaf has no children");
+    assert_eq!(table.overlap(last), None, "a leaf has no children");
     assert_eq!(table.primitives(left) + table.primitives(right), 8);
 }
 

@@ -52,7 +52,7 @@ fn view_uniforms_have_the_layout_of_rust() {
     assert_eq!(offset("covered"), offset_of!(ViewUniforms, covered));
     assert_eq!(offset("viewport"), offset_of!(ViewUniforms, viewport));
     assert_eq!(offset("hidden_alpha"), offset_of!(ViewUniforms, hidden_alpha));
-    assert_eq!(offset("color_by"), offset_of!(ViewUniforms, color_by));
+    assert_eq!(offset("by_depth"), offset_of!(ViewUniforms, by_depth));
     assert_eq!(offset("circle_segments"), offset_of!(ViewUniforms, circle_segments));
     assert_eq!(offset("show_picture"), offset_of!(ViewUniforms, show_picture));
     assert_eq!(offset("background"), offset_of!(ViewUniforms, background));
@@ -61,7 +61,7 @@ fn view_uniforms_have_the_layout_of_rust() {
 
 #[test]
 fn nodes_have_the_layout_of_rust() {
-    assert_eq!(size_of::<OverlayNode>(), 144);
+    assert_eq!(size_of::<OverlayNode>(), 136);
     let module = parse_str(&shader_sources()[1]).unwrap();
     let (members, _) = members(&module, "Node");
     // Vertex attributes lie one after the other without gaps, in the order of their locations.
@@ -83,12 +83,10 @@ fn nodes_have_the_layout_of_rust() {
             offset_of!(OverlayNode, box_min),
             offset_of!(OverlayNode, depth),
             offset_of!(OverlayNode, box_max),
-            offset_of!(OverlayNode, primitives),
+            offset_of!(OverlayNode, place),
             offset_of!(OverlayNode, sphere_center),
             offset_of!(OverlayNode, node),
             offset_of!(OverlayNode, flags),
-            offset_of!(OverlayNode, area_share),
-            offset_of!(OverlayNode, value),
             offset_of!(OverlayNode, low),
             offset_of!(OverlayNode, high),
             offset_of!(OverlayNode, corner),
@@ -99,5 +97,5 @@ fn nodes_have_the_layout_of_rust() {
     );
     let kinds = members.iter().map(|member| module.types[member.ty].inner.scalar_kind().unwrap());
     let uints = kinds.filter(|kind| *kind == ScalarKind::Uint).count();
-    assert_eq!(uints, 4, "depth, primitives, node, flags");
+    assert_eq!(uints, 3, "depth, node, flags");
 }

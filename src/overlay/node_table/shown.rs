@@ -42,7 +42,7 @@ pub struct Shown {
     pub depends_on_view: bool,
     /// Smallest and largest of `depths`: levels between them are told apart by width and lightness.
     pub levels: [u32; 2],
-    /// Smallest and largest value of the colour scale, in the unit of [`ColorBy`]'s shader: the square root of the depth, log2 of
+    /// Smallest and largest value of the colour scale, by what colours mean: the square root of the depth, log2 of
     /// the relative area, overlap as a fraction, log2 of the primitive count, of the regret, of the growth. The second is always larger.
     pub scale: [f32; 2],
     /// For each node: no other tree has it. Empty where none is compared.
@@ -61,6 +61,12 @@ impl Shown {
         scale: [0.0, 1.0],
         is_new: Vec::new(),
     };
+
+    /// Place of a value on the colour scale, 0 to 1.
+    pub fn place(&self, value: f32) -> f32 {
+        let [low, high] = self.scale;
+        ((value - low) / (high - low)).clamp(0.0, 1.0)
+    }
 }
 
 impl NodeTable {
@@ -68,8 +74,9 @@ impl NodeTable {
     pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
         let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths).enumerate();
         let instance = |(at, (&node, &depth)): (usize, (&u32, &u32))| {
-            let instance = self.instance(node, depth, settings);
-            shown.is_new.get(at).map_or(instance, |&is_new| OverlayNode { value: f32::from(is_new), ..instance })
+            let is_new = shown.is_new.get(at).filter(|_| settings.color_by == ColorBy::Survival);
+            let value = is_new.map_or_else(|| self.value(settings.color_by, node, depth), |&is_new| f32::from(is_new));
+            OverlayNode { place: shown.place(value), ..self.instance(node, depth, settings) }
         };
         nodes.map(instance).collect()
     }
@@ -219,8 +226,8 @@ impl NodeTable {
 
     /// Both ends of the colour scale: the whole tree for depths, the shown nodes for sizes and primitive counts.
     fn scale(&self, settings: &OverlaySettings, nodes: &[u32]) -> [f32; 2] {
-        let fitted = |value: &(dyn Fn(u32) -> f32 + Sync)| {
-            let values = nodes.par_iter().with_min_len(1_024).map(|&node| value(node).max(1e-12).log2());
+        let fitted = |color_by| {
+            let values = nodes.par_iter().with_min_len(1_024).map(|&node| self.value(color_by, node, 0));
             let [low, high] = values
                 .map(|value| [value; 2])
                 .reduce(|| [f32::INFINITY, f32::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
@@ -228,11 +235,8 @@ impl NodeTable {
         };
         match settings.color_by {
             ColorBy::Depth => [0.0, (self.max_depth().max(1) as f32).sqrt()],
-            ColorBy::Size => fitted(&|node| self.area_share(node)),
-            ColorBy::Regret => fitted(&|node| self.regret(node)),
-            ColorBy::Growth => fitted(&|node| self.growth(node)),
+            ColorBy::Size | ColorBy::Primitives | ColorBy::Regret | ColorBy::Growth => fitted(settings.color_by),
             ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => [0.0, 1.0],
-            ColorBy::Primitives => fitted(&|node| self.primitives(node) as f32),
         }
     }
 

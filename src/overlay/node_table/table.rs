@@ -308,25 +308,31 @@ impl NodeTable {
         with_tree!(&self.accel.tree, tree => node_metrics::overlap(tree, node))
     }
 
-    /// Regret of the node as the colour scale shows it: at least [`LEAST_REGRET`], which stands for unknown ones too.
-    pub(super) fn regret(&self, node: u32) -> f32 {
-        let regret = self.accel.known_regrets().and_then(|regrets| regrets.regret(node));
-        regret.unwrap_or(0.0).max(LEAST_REGRET)
-    }
-
-    /// Surface area of the node over that when the tree was built; 1 where that is not known.
-    pub(super) fn growth(&self, node: u32) -> f32 {
-        let built = self.accel.built_areas().and_then(|areas| areas.get(node as usize)).copied().unwrap_or(0.0);
-        if built > 0.0 { with_tree!(&self.accel.tree, tree => tree.area(node)) / built } else { 1.0 }
-    }
-
-    /// Kind of an oriented box as the colour scale shows it: 0 for a plain one, 0.5 for a fitted, 1 for a skewed one. 0 in trees of
-    /// other containers.
-    pub(super) fn planes(&self, node: u32) -> f32 {
-        match self.node_kind(node) {
-            None | Some(OrientedKind::Plain) => 0.0,
-            Some(OrientedKind::Fitted) => 0.5,
-            Some(OrientedKind::Skewed) => 1.0,
+    /// Value of `node` at `depth` in the unit of the scale of `color_by`, see [`Shown::scale`](super::Shown::scale). The primitive count
+    /// may cost a pass over the tree. 0 for [`ColorBy::Survival`], which needs another tree.
+    pub(super) fn value(&self, color_by: ColorBy, node: u32, depth: u32) -> f32 {
+        let accel = &self.accel;
+        let logarithm = |value: f32| value.max(1e-12).log2();
+        match color_by {
+            ColorBy::Depth => (depth as f32).sqrt(),
+            ColorBy::Size => logarithm(self.area_share(node)),
+            ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
+            ColorBy::Primitives => logarithm(self.primitives(node) as f32),
+            ColorBy::Regret => {
+                let regret = accel.known_regrets().and_then(|regrets| regrets.regret(node));
+                logarithm(regret.unwrap_or(0.0).max(LEAST_REGRET))
+            }
+            ColorBy::Growth => {
+                let built = accel.built_areas().and_then(|areas| areas.get(node as usize)).copied().unwrap_or(0.0);
+                let now = with_tree!(&accel.tree, tree => tree.area(node));
+                logarithm(if built > 0.0 { now / built } else { 1.0 })
+            }
+            ColorBy::Planes => match self.node_kind(node) {
+                None | Some(OrientedKind::Plain) => 0.0,
+                Some(OrientedKind::Fitted) => 0.5,
+                Some(OrientedKind::Skewed) => 1.0,
+            },
+            ColorBy::Survival => 0.0,
         }
     }
 
@@ -338,8 +344,8 @@ impl NodeTable {
         }
     }
 
-    /// The instance data of `node` at `depth`. Containers of other kinds and the primitive count cost a pass over the tree and are zero
-    /// unless `settings` show them. Where a box and a polytope are drawn of the same node, they have the polytope's box.
+    /// The instance data of `node` at `depth`, at the start of the colour scale. Containers of other kinds cost a pass over the tree and
+    /// are zero unless `settings` show them. Where a box and a polytope are drawn of the same node, they have the polytope's box.
     pub fn instance(&self, node: u32, depth: u32, settings: &OverlaySettings) -> OverlayNode {
         let own = self.container_kind();
         let nothing = Aabb { min: glam::Vec3::ZERO, max: glam::Vec3::ZERO };
@@ -353,19 +359,11 @@ impl NodeTable {
             box_min: bounds.min.to_array(),
             depth,
             box_max: bounds.max.to_array(),
-            primitives: if settings.color_by == ColorBy::Primitives { self.primitives(node) } else { 0 },
+            place: 0.0,
             sphere_center: sphere.center.to_array(),
             sphere_radius: sphere.radius,
             node,
             flags: u32::from(self.is_leaf(node)),
-            area_share: self.area_share(node),
-            value: match settings.color_by {
-                ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
-                ColorBy::Regret => self.regret(node).log2(),
-                ColorBy::Growth => self.growth(node).max(1e-12).log2(),
-                ColorBy::Planes => self.planes(node),
-                ColorBy::Depth | ColorBy::Size | ColorBy::Primitives | ColorBy::Survival => 0.0,
-            },
             low: dop.low,
             high: dop.high,
             corner,
@@ -374,7 +372,7 @@ impl NodeTable {
     }
 }
 
-/// Part of the tree's cost from which on regrets have colours of their own.
+/// Part of the tree's cost from which on regrets have colours of their own; stands for unknown ones too.
 const LEAST_REGRET: f32 = 1e-5;
 
 /// A corner of a box and the three edges from there.

@@ -201,10 +201,10 @@ fn drawn_nodes(state: &AppState, shown: &Presented, standing: Option<&Standing>)
 /// Title and colours where these tell which nodes another tree has too; `is_before` for the clusters of a tree before its passes.
 fn survivors_legend(state: &AppState, is_before: bool) -> (String, Vec<Part>) {
     let [title, same, new] = match (state.wanted.second, state.shown_view(), is_before) {
-        (Some(_), CompareView::B, _) => ["Containers of B: triangles of one node", "also in A", "only in B"],
-        (Some(_), CompareView::Split, _) => ["Containers: triangles of one node", "in both trees", "in one only"],
-        (Some(_), ..) => ["Containers of A: triangles of one node", "also in B", "only in A"],
-        (None, _, false) => ["Containers: triangles of one node", "before the passes too", "moved by them"],
+        (Some(_), CompareView::B, _) => ["Containers of B: in both trees?", "also in A", "only in B"],
+        (Some(_), CompareView::Split, _) => ["Containers: in both trees?", "in both", "in one only"],
+        (Some(_), ..) => ["Containers of A: in both trees?", "also in B", "only in A"],
+        (None, _, false) => ["Containers: moved by the passes?", "before them too", "moved by them"],
         (None, _, true) => ["Clusters before the passes", "kept", "moved"],
     };
     let side = usize::from(is_before || state.shown_view() == CompareView::B);
