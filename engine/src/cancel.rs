@@ -7,6 +7,13 @@ use std::time::Duration;
 
 use crate::task_log::{Strand, TaskLog};
 
+/// Steps between two cancellation checks where a step reads or writes a few values.
+pub(crate) const LIGHT_STEPS: usize = 1 << 16;
+/// Steps between two cancellation checks where a step computes with a node, a triangle or a pair.
+pub(crate) const MEDIUM_STEPS: usize = 1 << 14;
+/// Steps between two cancellation checks where a step works on many values or allocates.
+pub(crate) const HEAVY_STEPS: usize = 1 << 12;
+
 /// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
@@ -115,6 +122,13 @@ impl CancelToken {
     /// Polls for cancellation: `Err(Cancelled)` once the token is cancelled, for use with `?`.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+
+    /// Polls for cancellation at each `distance`-th step of a loop, of which `step` counts the steps from 0: `Err(Cancelled)` if the
+    /// token is cancelled then, `Ok` at the steps between. `distance` is above 0.
+    #[inline(always)]
+    pub fn check_every(&self, distance: usize, step: usize) -> Result<(), Cancelled> {
+        if step.is_multiple_of(distance) { self.check() } else { Ok(()) }
     }
 
     /// A token for the `index`-th of `count` equal parts of the computation: progress reported through it is progress within that

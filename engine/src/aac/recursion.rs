@@ -69,9 +69,7 @@ pub fn recursion_of<C: ClusterContainer>(
     let merge_of_pair = zeros(nodes.len() / 2, token)?;
     let mut positions = zeros(input.len(), token)?;
     for position in 0..input.len() {
-        if position.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(STEPS_BETWEEN_CHECKS, position)?;
         positions[input.primitive(position) as usize] = position as u32;
     }
     let (top, tasks) = nodes.split_at_mut(plan.top_len());
@@ -134,9 +132,7 @@ impl<C: ClusterContainer> Walk<'_, C> {
         first_step: usize,
         pairs: &mut PairWriter<C>,
     ) -> Result<(), Cancelled> {
-        if self.steps.len().is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            self.token.check()?;
-        }
+        self.token.check_every(STEPS_BETWEEN_CHECKS, self.steps.len())?;
         self.steps.push(ReductionStep {
             level,
             first_primitive: range.start as u32,

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, flatten};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::zeros;
 use crate::stage_times::StageTimes;
@@ -17,8 +17,6 @@ use crate::tree::{Node, Tree};
 const BINS: usize = 16;
 /// Maximum number of primitives that are built by one thread.
 const FORK_ABOVE: usize = 4096;
-/// Poll for cancellation every 65536 triangles.
-const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 16;
 /// Depth from which on primitives are halved without searching for a split, which bounds the recursion.
 const MAX_SPLIT_DEPTH: u32 = 96;
 
@@ -41,7 +39,7 @@ pub fn build<C: ClusterContainer>(
     token.begin_stage("tree");
     let start = Instant::now();
     let mut primitives = Vec::with_capacity(triangles.len());
-    for batch in triangles.chunks(TRIANGLES_BETWEEN_CHECKS) {
+    for batch in triangles.chunks(LIGHT_STEPS) {
         token.check()?;
         primitives.extend(batch.iter().zip(primitives.len() as u32..).map(|(triangle, index)| {
             let container = C::of_triangle(triangle);
@@ -103,7 +101,7 @@ pub(crate) fn best_split<C: ClusterContainer>(
     token: &CancelToken,
 ) -> Result<usize, Cancelled> {
     let mut bounds = Aabb::EMPTY;
-    for batch in primitives.chunks(TRIANGLES_BETWEEN_CHECKS) {
+    for batch in primitives.chunks(LIGHT_STEPS) {
         token.check()?;
         bounds = batch.iter().fold(bounds, |all, primitive| Aabb {
             min: all.min.min(primitive.centre),
@@ -117,7 +115,7 @@ pub(crate) fn best_split<C: ClusterContainer>(
     };
     let mut counts = [[0_u32; BINS]; 3];
     let mut containers = [[C::EMPTY; BINS]; 3];
-    for batch in primitives.chunks(TRIANGLES_BETWEEN_CHECKS) {
+    for batch in primitives.chunks(LIGHT_STEPS) {
         token.check()?;
         for primitive in batch {
             for axis in 0..3 {
@@ -151,9 +149,9 @@ pub(crate) fn best_split<C: ClusterContainer>(
     let Some((_, axis, bin)) = best else { return Ok(primitives.len() / 2) };
     // Unstable but deterministic: the swaps depend on the primitives only.
     let mut middle = 0;
-    for start in (0..primitives.len()).step_by(TRIANGLES_BETWEEN_CHECKS) {
+    for start in (0..primitives.len()).step_by(LIGHT_STEPS) {
         token.check()?;
-        for at in start..primitives.len().min(start + TRIANGLES_BETWEEN_CHECKS) {
+        for at in start..primitives.len().min(start + LIGHT_STEPS) {
             if bin_of(&primitives[at], axis) < bin {
                 primitives.swap(at, middle);
                 middle += 1;

@@ -1,11 +1,8 @@
 //! Limits the depth of agglomerative trees. Clustering nested containers degenerates into a list: the closest pair are
 //! always the two smallest, with which the next larger one is merged.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::tree::{Container, Node, Tree};
-
-/// Poll for cancellation every 65536 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Maximum depth of an agglomerative tree of `count` primitives, at least one: 2·log2(n) + 16.
 pub fn depth_limit(count: usize) -> u32 {
@@ -49,9 +46,7 @@ pub fn limit_depth<C: Container>(tree: &mut Tree<C>, token: &CancelToken) -> Res
 /// Fits the containers of all nodes above those that are `refitted`.
 fn refit_above<C: Container>(tree: &mut Tree<C>, refitted: &mut [bool], token: &CancelToken) -> Result<(), Cancelled> {
     for index in (0..tree.nodes.len()).rev() {
-        if index % NODES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         let node = tree.nodes[index];
         let first = node.first as usize;
         if !node.is_leaf() && (refitted[first] || refitted[first + 1]) {
@@ -76,9 +71,7 @@ struct SubtreeSize {
 fn subtree_sizes<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<SubtreeSize>, Cancelled> {
     let mut sizes: Vec<SubtreeSize> = bytemuck::zeroed_vec(tree.nodes.len());
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index % NODES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         sizes[index] = if node.is_leaf() {
             SubtreeSize { leaves: 1, height: 0 }
         } else {
@@ -108,9 +101,7 @@ fn balance<C: Container>(
     let mut pair_slots = Vec::with_capacity(count - 1);
     let mut stack = vec![root];
     while let Some(index) = stack.pop() {
-        if leaves.len() % NODES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, leaves.len())?;
         let node = tree.nodes[index as usize];
         if node.is_leaf() {
             leaves.push(node);
@@ -124,9 +115,7 @@ fn balance<C: Container>(
     // Breadth first into ascending slots, so that parents precede their children.
     let mut ranges = vec![(root, 0..count)];
     for (at, &first) in pair_slots.iter().enumerate() {
-        if at % NODES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, at)?;
         let (node, range) = ranges[at].clone();
         let middle = range.start + range.len() / 2;
         tree.nodes[node as usize] = Node { container: C::EMPTY, first, count: 0 };

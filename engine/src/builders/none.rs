@@ -2,13 +2,10 @@
 
 use std::time::Instant;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Triangle;
 use crate::stage_times::StageTimes;
 use crate::tree::{Container, Node, Tree};
-
-/// Poll for cancellation every 65536 triangles.
-const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Builds a tree whose root is a leaf with all `triangles`.
 pub fn build<C: Container>(
@@ -18,7 +15,7 @@ pub fn build<C: Container>(
 ) -> Result<Tree<C>, Cancelled> {
     let start = Instant::now();
     let mut container = C::EMPTY;
-    for batch in triangles.chunks(TRIANGLES_BETWEEN_CHECKS) {
+    for batch in triangles.chunks(LIGHT_STEPS) {
         token.check()?;
         container = batch.iter().fold(container, |all, triangle| all.union(&C::of_triangle(triangle)));
     }
@@ -27,7 +24,7 @@ pub fn build<C: Container>(
     while primitive_indices.len() < triangles.len() {
         token.check()?;
         let first_index = primitive_indices.len() as u32;
-        primitive_indices.extend(first_index..count.min(first_index.saturating_add(TRIANGLES_BETWEEN_CHECKS as u32)));
+        primitive_indices.extend(first_index..count.min(first_index.saturating_add(LIGHT_STEPS as u32)));
     }
     let tree = Tree { nodes: vec![Node { container, first: 0, count }], primitive_indices, max_depth: 0 };
     times.stages.push(("tree", start.elapsed()));

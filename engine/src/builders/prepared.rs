@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::builders::presplit::{Presplit, presplit};
 use crate::builders::scale;
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::{Triangle, area_scale};
 use crate::order::{InputBounds, input_bounds};
 use crate::settings::{BuildSettings, Pass};
@@ -15,9 +15,6 @@ use crate::tree::{Container, Tree};
 
 /// Number of primitives from which on 32 bits cannot index the nodes, of which there are twice as many.
 pub(super) const MAX_PRIMITIVES: usize = 1 << 31;
-/// Poll for cancellation every 16384 primitive indices.
-const INDICES_BETWEEN_CHECKS: usize = 1 << 14;
-
 /// The triangles that a builder gets, and their bounds.
 pub(crate) struct PreparedInput<'a> {
     pub triangles: Cow<'a, [Triangle]>,
@@ -100,7 +97,7 @@ impl<'a> PreparedInput<'a> {
                 times.stages.push(("refit", start.elapsed()));
             }
             Change::Split(source_index) => {
-                for batch in tree.primitive_indices.chunks_mut(INDICES_BETWEEN_CHECKS) {
+                for batch in tree.primitive_indices.chunks_mut(MEDIUM_STEPS) {
                     token.check()?;
                     for index in batch {
                         *index = source_index[*index as usize];

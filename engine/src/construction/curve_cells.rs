@@ -7,20 +7,15 @@ use glam::Vec3;
 use crate::aac::ClusterContainer;
 use crate::builders::prepared::PreparedInput;
 use crate::builders::{BuildError, StageTimes, check_size};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS, LIGHT_STEPS};
 use crate::geometry::{Aabb, Sphere, Triangle};
 use crate::kernel::parallel::par_collect;
 use crate::order::{CODE_BITS, CellBox, CurveGrid, SortedPrimitives, input_bounds, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};
 use crate::tree::ContainerKind;
 
-/// Points between two polls for cancellation.
-const POINTS_BETWEEN_CHECKS: usize = 1 << 16;
 /// Coordinate of the last cell along an axis.
 const LAST_CELL: u32 = (1 << (CODE_BITS / 3)) - 1;
-/// Cells between two polls for cancellation.
-const CELLS_BETWEEN_CHECKS: usize = 1 << 12;
-
 /// The primitives in sorted order, and the cells of the recursion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CurveOrder {
@@ -143,7 +138,7 @@ fn order_of<C: ClusterContainer>(
 /// The box around `points`.
 fn bounds_of(points: &[Vec3], token: &CancelToken) -> Result<Aabb, Cancelled> {
     let mut bounds = Aabb::EMPTY;
-    for points in points.chunks(POINTS_BETWEEN_CHECKS) {
+    for points in points.chunks(LIGHT_STEPS) {
         token.check()?;
         bounds = points.iter().fold(bounds, |all, &point| all.union(&Aabb { min: point, max: point }));
     }
@@ -174,9 +169,7 @@ impl<C: ClusterContainer> Cells<'_, C> {
         }
         let mut at = 0;
         while at < cells.len() && cells.len() + 2 <= limits.count {
-            if at.is_multiple_of(CELLS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, at)?;
             let cell: &CurveCell = &cells[at];
             if let Some(split) = cell.split
                 && cell.level < limits.level

@@ -1,14 +1,11 @@
 //! Cuts through a tree: sets of nodes that hold each primitive exactly once.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::tree::ancestry::Ancestry;
 use crate::tree::{AnyTree, Container, Tree};
 use crate::with_tree;
 
 use super::timeline::{MergeOrder, Timeline};
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A cut through a binary tree: nodes none of which is below another and that together hold every primitive. A plain value, which can be
 /// stored; [`Cut::nodes`] finds its nodes in any tree.
@@ -110,9 +107,7 @@ fn antichain<C: Container>(
     let mut open: Vec<u32> = (0..tree.nodes.len().min(1) as u32).collect();
     let mut visited = 0_usize;
     while let Some(index) = open.pop() {
-        if visited.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, visited)?;
         visited += 1;
         let node = &tree.nodes[index as usize];
         if node.is_leaf() || included(index) {

@@ -3,12 +3,9 @@
 use std::ops::Range;
 
 use crate::aac::{Recursion, ReductionStep};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::{Container, Tree};
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// The merges of a construction, numbered from 0 in the order of a build by one thread: everything in the left side of a range,
 /// everything in its right side, then the range itself. A tree of n leaves has n − 1 merges. Takes some 20 bytes per primitive.
@@ -67,9 +64,7 @@ impl MergeRecord {
         })?;
         let mut nodes = zeros::<u32>(births.len() / 2, token)?;
         for (index, &birth) in births.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             if birth > 0 {
                 nodes[birth as usize - 1] = index as u32;
             }

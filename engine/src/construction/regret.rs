@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::aac::{Cluster, ClusterContainer, ClusterStack};
 use crate::builders::binned_sah::{BuildPrimitive, best_split};
 use crate::builders::exact::agglomerate;
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::node_metrics::own_cost;
@@ -31,8 +31,6 @@ const ALONE_ABOVE: u32 = 1 << 15;
 const FORK_ABOVE: usize = 1 << 12;
 /// Depth from which on primitives are halved without searching for a split, which bounds the recursion.
 const MAX_SPLIT_DEPTH: u32 = 96;
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 14;
 /// Part of the cost of a subtree below which a difference is rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -143,9 +141,7 @@ impl Sums {
         let mut max_leaf = 1;
         // Backwards, so that children are done before their parents.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, index)?;
             let children = node.children().map(|child| child as usize);
             costs[index] = own_cost(tree, index as u32) + children.clone().map(|child| costs[child]).sum::<f64>();
             primitives[index] = node.slots().len() as u32 + children.map(|child| primitives[child]).sum::<u32>();
@@ -172,9 +168,7 @@ impl Sums {
         let mut open = BinaryHeap::from([key(0)]);
         let mut visited = 0_usize;
         while let Some((_, node)) = open.pop() {
-            if visited.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, visited)?;
             visited += 1;
             let (node, index) = (!node, !node as usize);
             let primitives = self.primitives[index];
@@ -206,9 +200,7 @@ impl Sums {
         let whole = self.costs[0];
         let share = |cost: f64| if whole > 0.0 { (cost / whole) as f32 } else { 0.0 };
         for (index, node) in tree.nodes.iter().enumerate().rev() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, index)?;
             let children = node.children().map(|child| child as usize);
             let kept = own_cost(tree, index as u32) + children.clone().map(|child| best[child]).sum::<f64>();
             let saved = kept - rebuilt[index];
@@ -225,9 +217,7 @@ impl Sums {
         }
         let mut is_below_peak = zeros::<u8>(tree.nodes.len(), token)?;
         for (index, node) in tree.nodes.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, index)?;
             if is_peak[index] == 0 {
                 continue;
             }

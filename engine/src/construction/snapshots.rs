@@ -1,7 +1,7 @@
 //! The largest clusters at any step without a pass over the tree: every [`STEPS_BETWEEN`] steps, the largest active clusters are
 //! stored. Those of a step in between are among the stored ones and those made since.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::order::radix_sort;
 
@@ -12,9 +12,6 @@ pub const MAX_LARGEST: usize = 4096;
 const STEPS_BETWEEN: usize = MAX_LARGEST;
 /// Number of clusters per snapshot: each step up to the next takes two of them away.
 const CAPACITY: usize = MAX_LARGEST + 2 * STEPS_BETWEEN;
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 12;
-
 /// Bits of a number that is not negative, which are in the order of the numbers.
 pub fn ordered_bits(area: f32) -> u32 {
     area.max(0.0).to_bits()
@@ -41,9 +38,7 @@ impl Snapshots {
         radix_sort(&mut keys, u64::BITS, token)?;
         // The largest first: a snapshot that is full takes no more.
         for (at, key) in keys.into_iter().enumerate() {
-            if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, at)?;
             let node = key as u32;
             let first = (births[node as usize] as usize).div_ceil(STEPS_BETWEEN);
             let end = (deaths[node as usize] as usize).div_ceil(STEPS_BETWEEN).min(count);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::order::radix_sort;
 use crate::tree::{AnyTree, Container, Tree};
@@ -11,9 +11,6 @@ use crate::with_tree;
 use super::construct::Construction;
 use super::record::MergeRecord;
 use super::snapshots::{Snapshots, ordered_bits};
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// An order in which the merges of a tree are shown. In each of them children come before their parents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -99,9 +96,7 @@ impl Timeline {
             *root = u32::MAX;
         }
         for (step, &node) in (1..).zip(&merged) {
-            if (step as usize).is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, step as usize)?;
             births[node as usize] = step;
             let first = tree.nodes[node as usize].first as usize;
             deaths[first..first + 2].fill(step);
@@ -158,9 +153,7 @@ pub(super) fn merges_by_distance<C: Container>(tree: &Tree<C>, token: &CancelTok
     let mut largest = zeros::<u32>(tree.nodes.len(), token)?;
     let mut keys = Vec::with_capacity(tree.nodes.len() / 2);
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         // A leaf's own area merges nothing.
         if !node.is_leaf() {
             let first = node.first as usize;
@@ -178,9 +171,7 @@ fn by_level(record: &MergeRecord, token: &CancelToken) -> Result<Vec<u32>, Cance
     let deepest = record.steps().iter().map(|step| step.level).max().unwrap_or(0);
     let mut keys = Vec::with_capacity(record.len());
     for (index, step) in record.steps().iter().enumerate() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         keys.extend(step.merges().map(|merge| u64::from(deepest - step.level) << 32 | u64::from(merge)));
     }
     radix_sort(&mut keys, u64::BITS - u64::from(deepest).leading_zeros() + 32, token)?;

@@ -1,13 +1,11 @@
 //! Oriented boxes for the nodes of a finished tree of boxes. The topology stays; each node gets the smallest of its plain box, a box that
 //! is turned to fit and a skewed one.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::{Aabb, Extremes, OrientedBox, Triangle, intervals};
 use crate::kernel::parallel::{par_collect, par_collect_in_chunks, zeros};
 use crate::tree::{AnyTree, Node, Tree};
 
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 14;
 /// Nodes that are fitted between two polls: some microseconds each, and one for each few triangles below it.
 const FITTED_BETWEEN_CHECKS: usize = 1 << 10;
 /// Most triangles of a node to which a turned box is fitted, which takes a look at each of them.
@@ -90,9 +88,7 @@ fn slots_below(tree: &Tree<Aabb>, token: &CancelToken) -> Result<Vec<[u32; 2]>, 
     let mut slots = zeros::<[u32; 2]>(tree.nodes.len(), token)?;
     // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         let children = node.children().map(|child| slots[child as usize]);
         let below = children.reduce(|[first, end], next| [first.min(next[0]), end.max(next[1])]);
         slots[index] = below.unwrap_or([node.first, node.first + node.count]);
@@ -112,9 +108,7 @@ fn extremes(tree: &Tree<Aabb>, corners: Corners<'_>, token: &CancelToken) -> Res
         found
     })?;
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         if let [first, others @ ..] = &node.children().collect::<arrayvec::ArrayVec<u32, 32>>()[..] {
             let mut found = extremes[*first as usize];
             for &child in others {

@@ -4,11 +4,8 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
-
-/// Triangles between two polls for cancellation.
-const TRIANGLES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// How the triangles of a mesh meet in its edges. Corners at equal coordinates are one, whatever the file's indices; triangles of which
 /// two corners are one have no area and are left out.
@@ -48,9 +45,7 @@ impl Edges {
         // For each edge, from the lower to the higher corner, the number of triangles along it and against it.
         let mut uses = HashMap::<[u32; 2], [u32; 2]>::new();
         for (index, triangle) in triangles.iter().enumerate() {
-            if index.is_multiple_of(TRIANGLES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, index)?;
             let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| {
                 let next = corners.len() as u32;
                 *corners.entry(bits(corner)).or_insert(next)

@@ -6,7 +6,7 @@
 #![allow(clippy::inline_always, reason = "called for each node")]
 
 use crate::aac::ClusterContainer;
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::par_tasks_with;
 use crate::kernel::prefetch::prefetch_whole;
@@ -18,9 +18,6 @@ const CHUNK: usize = 1 << 13;
 
 /// Number of leaves ahead of which triangles are prefetched.
 const LEAVES_AHEAD: usize = 12;
-
-/// Nodes that one thread does between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// Fits an interior node of a part of a tree, all of whose descendants are done. A trait rather than a closure, so that it is inlined.
 pub(super) trait FitInterior<C>: Sync {
@@ -92,9 +89,7 @@ pub(super) fn fit<C: ClusterContainer>(
         Ok(lists.fit(nodes, 1 + chunk * CHUNK, &leaves, interior))
     })?;
     for (at, &index) in pending.iter().rev().flatten().enumerate() {
-        if at.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(HEAVY_STEPS, at)?;
         interior.fit(nodes, 0, index as usize);
     }
     if nodes[0].is_leaf() {

@@ -6,15 +6,12 @@ use super::bottom_up::{FitInterior as _, ToChildren, fit};
 use super::on_boxes::on_boxes;
 use crate::aac::ClusterContainer;
 use crate::builders::{BuildError, build_binary};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::par_tasks;
 use crate::optimize::subtree_costs;
 use crate::settings::{BuildSettings, Pass};
 use crate::tree::{AnyTree, Node, Tree, with_built_tree};
-
-/// Poll for cancellation every 65536 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// SAH cost of each subtree of a tree when it was built, over the area of the subtree's root: so that it does not grow with a model that
 /// does.
@@ -182,7 +179,7 @@ fn assemble<C: ClusterContainer>(
     // Part or the old tree, node in it, place, depth.
     let mut open = vec![(None, 0_u32, 0_usize, 0_u32)];
     while let Some((mut part, mut index, place, depth)) = open.pop() {
-        if tree.nodes.len() % NODES_BETWEEN_CHECKS < 2 {
+        if tree.nodes.len() % LIGHT_STEPS < 2 {
             token.check()?;
         }
         if let (None, Some(&replacing)) = (part, places.get(&index)) {

@@ -1,6 +1,6 @@
 //! Refitting of the wide tree: its blocks get the moved triangles, its lanes the containers of the binary nodes that they stand for.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::par_tasks;
 use crate::tree::ancestry::Ancestry;
@@ -11,8 +11,6 @@ use crate::wide::{AnyWideTree, Child, CompactBounds, LeafRange, Sources, WideCon
 const NODES_PER_TASK: usize = 1 << 10;
 /// Leaves that one task writes.
 const LEAVES_PER_TASK: usize = 1 << 10;
-/// Poll for cancellation every 4096 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 /// Lanes of a node.
 const WIDTH: usize = crate::wide::layout::WIDTH;
 /// Stands for an unused lane.
@@ -74,9 +72,7 @@ impl WideRefit {
         let (mut open, mut done) = (vec![(root, 0_u32)], 0_usize);
         while let Some((child, node)) = open.pop() {
             done += 1;
-            if done.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, done)?;
             if child.is_leaf() {
                 leaves.push(wide.leaves.range(child));
                 continue;
@@ -167,9 +163,7 @@ impl FirstSlots {
         let mut nodes = if root.is_leaf() { Vec::new() } else { vec![root] };
         let mut next = 0;
         while let Some(&node) = nodes.get(next) {
-            if next.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, next)?;
             nodes.extend(wide.children_of(node).filter(|child| !child.is_leaf()));
             next += 1;
         }

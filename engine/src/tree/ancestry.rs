@@ -1,15 +1,12 @@
 //! Parents and primitive counts of all nodes, and the path from the root to a primitive.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::zeros;
 
 use super::container::Container;
 use super::node::{Node, Tree};
 use super::validate::containment_slack;
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Parent and number of primitives of every node. Takes two passes over the tree.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,9 +23,7 @@ impl Ancestry {
         let mut primitive_counts = zeros(tree.nodes.len(), token)?;
         // Backwards, so that children are counted before their parents.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             let below = |child: u32| primitive_counts[child as usize];
             primitive_counts[index] = if node.is_leaf() { node.count } else { node.children().map(below).sum() };
         }

@@ -3,13 +3,10 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 
 use super::container::Container;
 use super::node::Tree;
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Maximum number of nodes that [`Levels::new`] lists, in whole depths. Few, because every rebuild lists them again, and yet more
 /// than can be told apart on a screen.
@@ -81,9 +78,7 @@ impl Levels {
         let mut next: Vec<u32> = self.ranges.iter().map(|range| range.start).collect();
         let mut nodes = vec![0; depths.len()];
         for (index, &depth) in depths.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             let slot = &mut next[depth as usize];
             nodes[*slot as usize] = index as u32;
             *slot += 1;

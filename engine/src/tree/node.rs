@@ -3,14 +3,11 @@
 use std::any::Any;
 use std::ops::Range;
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, area_scale};
 use crate::kernel::parallel::{par_collect, par_tasks, zeros};
 
 use super::container::{Container, ContainerKind};
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Bit of [`Node::count`] that marks an interior node with another number of children than two.
 const OTHER_ARITY: u32 = 1 << 31;
@@ -169,9 +166,7 @@ impl<C: Container> Tree<C> {
     pub fn depths(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut depths = zeros::<u32>(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             for child in node.children() {
                 depths[child as usize] = depths[index] + 1;
             }
@@ -196,9 +191,7 @@ impl<C: Container> Tree<C> {
     pub fn parents(&self, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
         let mut parents = zeros(self.nodes.len(), token)?;
         for (index, node) in self.nodes.iter().enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             for child in node.children() {
                 parents[child as usize] = index as u32;
             }
@@ -223,7 +216,7 @@ impl<C: Container> Tree<C> {
 
     /// Whether each interior node has two children. Takes a pass over the tree, on all threads.
     pub fn is_binary(&self, token: &CancelToken) -> Result<bool, Cancelled> {
-        let bits = par_tasks(self.nodes.chunks(NODES_BETWEEN_CHECKS), token, |nodes, _| {
+        let bits = par_tasks(self.nodes.chunks(LIGHT_STEPS), token, |nodes, _| {
             // Without branches: leaves have their number of primitives, interior nodes with two children 0.
             Ok(nodes.iter().fold(0, |bits, node| bits | node.count))
         })?;

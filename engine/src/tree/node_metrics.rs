@@ -1,14 +1,11 @@
 //! Metrics of single nodes: shares of area and of SAH cost, empty space, overlap of the children.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 
 use super::container::Container;
 use super::node::{Node, Tree};
 use super::statistics::{INTERSECTION_COST, TreeStats};
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Surface area of the container of `node` over the root's, 0 to 1: how likely a random line that meets the root meets the node
 /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 1 where the root has no area.
@@ -30,9 +27,7 @@ pub fn subtree_sah_shares<C: Container>(tree: &Tree<C>, token: &CancelToken) -> 
     let mut costs = zeros::<f64>(tree.nodes.len(), token)?;
     // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         let below: f64 = node.children().map(|child| costs[child as usize]).sum();
         costs[index] = own_cost(tree, index as u32) + below;
     }

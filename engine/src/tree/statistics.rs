@@ -1,6 +1,6 @@
 //! Statistics of a finished tree: counts, depths, leaf sizes, children per node, SAH cost.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::kernel::parallel::par_tasks;
 use crate::kernel::prefetch::prefetch;
 use crate::with_tree;
@@ -76,9 +76,6 @@ const SUBTREES_AT_ONCE: usize = 64;
 const PAIRS_AHEAD: usize = 16;
 /// Sibling pairs between two polls for cancellation.
 const PAIRS_BETWEEN_CHECKS: usize = 1 << 13;
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 14;
-
 /// Sums over nodes, from which [`TreeStats`] are made.
 #[derive(Debug, Default)]
 pub(crate) struct Sums {
@@ -140,7 +137,7 @@ impl Sums {
     fn of_any_arity<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Self, Cancelled> {
         let mut sums = Self { min_leaf_depth: u32::MAX, ..Self::default() };
         let (depths, scale) = (tree.depths(token)?, tree.area_scale());
-        for (nodes, depths) in tree.nodes.chunks(NODES_BETWEEN_CHECKS).zip(depths.chunks(NODES_BETWEEN_CHECKS)) {
+        for (nodes, depths) in tree.nodes.chunks(MEDIUM_STEPS).zip(depths.chunks(MEDIUM_STEPS)) {
             token.check()?;
             for (node, &depth) in nodes.iter().zip(depths) {
                 let area = f64::from(node.container.scaled(scale).relative_area());

@@ -1,14 +1,12 @@
 //! Which nodes of a tree another tree has as well: those that hold the same set of primitives.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::kernel::mix::mix64;
 use crate::kernel::parallel::{par_collect_in_chunks, zeros};
 
 use super::container::Container;
 use super::node::Tree;
 
-/// Nodes, slots or steps between two polls for cancellation.
-const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
 /// Stands for no node.
 const NO_NODE: u32 = u32::MAX;
 
@@ -50,9 +48,7 @@ pub fn surviving_nodes<A: Container, B: Container>(
     let partners = partners(&primitive_sets(tree, token)?, primitive_sets(other, token)?, token)?;
     let mut survival = Survival { partners, ..Survival::default() };
     for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         let survives = survival.survives(index as u32);
         survival.nodes += usize::from(survives);
         survival.interior += usize::from(survives && !node.is_leaf());
@@ -63,9 +59,8 @@ pub fn surviving_nodes<A: Container, B: Container>(
 /// For each of `sets` the index of the same one among `others`, or [`NO_NODE`].
 fn partners(sets: &[PrimitiveSet], others: Vec<PrimitiveSet>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let others = SetTable::new(others, token)?;
-    let partners = par_collect_in_chunks(sets.len(), STEPS_BETWEEN_CHECKS, token, |node| {
-        others.find(sets[node]).unwrap_or(NO_NODE)
-    })?;
+    let partners =
+        par_collect_in_chunks(sets.len(), MEDIUM_STEPS, token, |node| others.find(sets[node]).unwrap_or(NO_NODE))?;
     others.free(token)?;
     Ok(partners)
 }
@@ -101,7 +96,7 @@ fn primitive_sets<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<V
     // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         work += 1 + node.slots().len().max(node.arity() as usize);
-        if work >= STEPS_BETWEEN_CHECKS {
+        if work >= MEDIUM_STEPS {
             work = 0;
             token.check()?;
         }
@@ -126,9 +121,7 @@ fn subtract_repetitions<C: Container>(
     let mut parents_and_leaves: Option<(Vec<u32>, Vec<u32>)> = None;
     let mut steps = 0_usize;
     for (slot, &primitive) in slots.iter().enumerate() {
-        if slot.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, slot)?;
         if primitive as usize >= last_slot.len() {
             last_slot.resize((primitive as usize + 1).max(slots.len().min(2 * last_slot.len())), NONE);
         }
@@ -144,9 +137,7 @@ fn subtract_repetitions<C: Container>(
         let [mut a, mut b] = [previous as usize, slot].map(|slot| leaves[slot]);
         while a != b {
             steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, steps)?;
             if a > b {
                 a = parents[a as usize];
             } else {
@@ -162,9 +153,7 @@ fn subtract_repetitions<C: Container>(
 fn leaf_of_slots<C: Container>(tree: &Tree<C>, token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = zeros::<u32>(tree.primitive_indices.len(), token)?;
     for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         leaves[node.slots()].fill(index as u32);
     }
     Ok(leaves)
@@ -192,9 +181,7 @@ impl SetTable {
         let part = |_| zeros(SLOTS_PER_PART, token);
         let mut table = Self { parts: (0..slots / SLOTS_PER_PART).map(part).collect::<Result<_, _>>()? };
         for (index, set) in sets.into_iter().enumerate() {
-            if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, index)?;
             let slot = table.slot_of(set);
             table.parts[slot / SLOTS_PER_PART][slot % SLOTS_PER_PART] = NodeSet { set, node: index as u32 };
         }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Ray;
 use crate::kernel::parallel::{par_collect, par_tasks};
 
@@ -50,9 +50,7 @@ impl Visits {
     pub fn sums<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<(u64, f64), Cancelled> {
         let (mut measured, mut predicted) = (0, 0.0);
         for (node, &count) in self.counts.iter().enumerate() {
-            if node.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, node)?;
             measured += u64::from(count);
             predicted += self.predicted(tree, node as u32);
         }
@@ -65,17 +63,12 @@ impl Visits {
     pub fn cost<C: Container>(&self, tree: &Tree<C>, token: &CancelToken) -> Result<f64, Cancelled> {
         let mut cost = 0.0;
         for (index, (node, &count)) in tree.nodes.iter().zip(&self.counts).enumerate() {
-            if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, index)?;
             cost += f64::from(count) * visit_cost(node);
         }
         Ok(if self.root_hits() > 0 { cost / f64::from(self.root_hits()) } else { 0.0 })
     }
 }
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Rays per task and between two polls for cancellation.
 const RAYS_PER_TASK: u32 = 1 << 10;

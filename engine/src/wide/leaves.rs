@@ -8,7 +8,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, f32x4, mask32x4};
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::{NEEDLE_ASPECT, Triangle};
 use crate::kernel::each;
 use crate::kernel::prefetch::prefetch_lines;
@@ -18,9 +18,6 @@ use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
 
 /// Values after the last triangle, which make the window of every block whole.
 pub(crate) const PADDING: usize = WINDOW - VALUES;
-
-/// Leaves between two polls for cancellation.
-const LEAVES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// The triangles of all leaves.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -78,9 +75,7 @@ impl Leaves {
     ) -> Result<Vec<f32>, Cancelled> {
         let mut values = self.values.clone();
         for (at, leaf) in leaves.enumerate() {
-            if at.is_multiple_of(LEAVES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, at)?;
             let LeafRange { first, count } = self.range(leaf);
             for block in (0..count as usize).step_by(BLOCK) {
                 let size = BLOCK.min(count as usize - block);

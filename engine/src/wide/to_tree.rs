@@ -3,11 +3,8 @@
 use super::bounds::WideContainer;
 use super::child::Child;
 use super::tree::{AnyWideTree, WideTree};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::tree::{AnyTree, Node, Tree};
-
-/// Nodes and blocks between two polls for cancellation.
-const STEPS_BETWEEN_CHECKS: usize = 1 << 14;
 
 impl<C: WideContainer> WideTree<C> {
     /// The same hierarchy with the same leaves, numbered depth first, siblings together. `binary` is the tree that it was made
@@ -23,18 +20,14 @@ impl<C: WideContainer> WideTree<C> {
         let mut open = vec![(first, 0, 0_u32)];
         while let Some((child, number, depth)) = open.pop() {
             steps += 1;
-            if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(MEDIUM_STEPS, steps)?;
             max_depth = depth.max(max_depth);
             let container = nodes[number].container;
             if child.is_leaf() {
                 let first = primitive_indices.len();
                 for block in self.leaves.blocks(child) {
                     steps += 1;
-                    if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-                        token.check()?;
-                    }
+                    token.check_every(MEDIUM_STEPS, steps)?;
                     for index in (0..block.count()).map(|lane| block.primitive_index(lane)) {
                         if primitive_indices[first..].last() != Some(&index) {
                             primitive_indices.push(index);

@@ -1,15 +1,12 @@
 //! A binary tree whose nodes keep their indices wherever they are moved, each with the cost of its subtree.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Aabb;
 use crate::optimize::move_search::{LinkedNodes, NONE};
 use crate::optimize::sah::MAX_LEAF_SIZE;
 use crate::optimize::simd_box::SimdBox;
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::tree::{Node, Tree};
-
-/// Poll for cancellation every 65536 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A node; one cache line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,9 +38,7 @@ impl FreeTree {
         let mut order = vec![0];
         let mut next = 0;
         while let Some(&index) = order.get(next) {
-            if next % NODES_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, next)?;
             next += 1;
             let node = &tree.nodes[index as usize];
             let bounds = SimdBox::new(&node.container);
@@ -59,7 +54,7 @@ impl FreeTree {
                 }
             }
         }
-        for nodes in order.rchunks(NODES_BETWEEN_CHECKS) {
+        for nodes in order.rchunks(LIGHT_STEPS) {
             token.check()?;
             nodes.iter().rev().for_each(|&index| free.refit(index));
         }
@@ -71,7 +66,7 @@ impl FreeTree {
         let mut tree = Tree { nodes: vec![EMPTY_NODE], primitive_indices: Vec::new(), max_depth: 0 };
         let mut stack = vec![(0, 0, 0)];
         while let Some((index, slot, depth)) = stack.pop() {
-            if tree.nodes.len() % NODES_BETWEEN_CHECKS < 2 {
+            if tree.nodes.len() % LIGHT_STEPS < 2 {
                 token.check()?;
             }
             let FreeNode { bounds, children: [left, right], count, .. } = self.nodes[index as usize];
@@ -114,9 +109,7 @@ impl FreeTree {
         let mut order = vec![0];
         let mut next = 0;
         while let Some(&index) = order.get(next) {
-            if next % NODES_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
+            token.check_every(LIGHT_STEPS, next)?;
             if !self.is_leaf(index) {
                 order.extend(self.nodes[index as usize].children);
             }

@@ -34,9 +34,7 @@ impl References {
         radix_sort(&mut leaves, u64::BITS, token)?;
         let mut lists = Vec::new();
         for (at, list) in leaves.chunk_by(|a, b| a >> 32 == b >> 32).enumerate() {
-            if at % TRIANGLES_BETWEEN_CHECKS == 0 {
-                token.check()?;
-            }
+            token.check_every(TRIANGLES_BETWEEN_CHECKS, at)?;
             if list.len() > 1 {
                 lists.push(list.iter().map(|&key| key as u32).collect());
             }
@@ -48,9 +46,7 @@ impl References {
 /// Merges references where that lowers the cost of `tree`: one leaf grows around both, the other is removed.
 pub fn merging_round(tree: &mut FreeTree, references: &mut References, token: &CancelToken) -> Result<(), Cancelled> {
     for (at, leaves) in references.0.iter_mut().enumerate() {
-        if at % TRIANGLES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(TRIANGLES_BETWEEN_CHECKS, at)?;
         while let Some(merged) = closest_pairs(tree, leaves).into_iter().find(|pair| merge(tree, *pair)) {
             leaves.retain(|&leaf| leaf != merged[1]);
         }

@@ -1,6 +1,6 @@
 //! One round of reinsertion: every subtree, by falling area, to its best position, even where that costs a little more.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::mix::next_unit;
 use crate::optimize::anneal::free_tree::FreeTree;
 use crate::optimize::move_search::{LinkedNodes, Move, NONE, find_move};
@@ -12,8 +12,6 @@ const MAX_VISITS: u32 = 1 << 12;
 const MIN_GAIN: f32 = 1e-7;
 /// The mean of a geometric number of steps and a uniform part of one is 3/2.
 const MEAN_STEP: f64 = 2.0 / 3.0;
-/// Poll for cancellation every 65536 nodes that are listed.
-const NODES_BETWEEN_CHECKS: u32 = 1 << 16;
 /// Poll for cancellation every 256 subtrees.
 const SUBTREES_BETWEEN_CHECKS: usize = 256;
 
@@ -28,9 +26,7 @@ pub fn reinsertion_round(
     let (order, average_area) = by_falling_area(tree, token)?;
     let mut stack = Vec::new();
     for (at, &node) in order.iter().enumerate() {
-        if at % SUBTREES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(SUBTREES_BETWEEN_CHECKS, at)?;
         // An earlier move may have put it below the root.
         if !tree.is_movable(node) {
             continue;
@@ -53,9 +49,7 @@ pub fn reinsertion_round(
 fn by_falling_area(tree: &FreeTree, token: &CancelToken) -> Result<(Vec<u32>, f64), Cancelled> {
     let (mut keys, mut sum) = (Vec::with_capacity(tree.nodes.len()), 0.0);
     for index in 0..tree.nodes.len() as u32 {
-        if index % NODES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index as usize)?;
         if tree.is_movable(index) {
             let area = tree.bounds(index).half_area();
             sum += f64::from(area);
@@ -66,7 +60,7 @@ fn by_falling_area(tree: &FreeTree, token: &CancelToken) -> Result<(Vec<u32>, f6
     radix_sort(&mut keys, u64::BITS, token)?;
     let average = sum / keys.len() as f64;
     let mut order = Vec::with_capacity(keys.len());
-    for keys in keys.chunks(NODES_BETWEEN_CHECKS as usize) {
+    for keys in keys.chunks(LIGHT_STEPS) {
         token.check()?;
         order.extend(keys.iter().map(|&key| key as u32));
     }

@@ -30,9 +30,7 @@ struct Best {
 pub fn treelet_round(tree: &mut FreeTree, token: &CancelToken) -> Result<(), Cancelled> {
     let mut best = [Best { bounds: SimdBox::EMPTY, cost: 0.0, count: 0, part: 0 }; SUBSETS];
     for (at, &root) in tree.bottom_up(token)?.iter().enumerate() {
-        if at % TREELETS_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(TREELETS_BETWEEN_CHECKS, at)?;
         // Those below may have changed.
         tree.refit(root);
         restructure(tree, root, &mut best);

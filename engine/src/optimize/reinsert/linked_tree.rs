@@ -2,14 +2,11 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::par_tasks;
 use crate::optimize::move_search::{LinkedNodes, NONE};
 use crate::optimize::simd_box::NodeBounds;
 use crate::tree::Node;
-
-/// Poll for cancellation every 65536 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A tree with parent links.
 pub struct LinkedTree<'a, B> {
@@ -22,8 +19,8 @@ impl<'a, B: NodeBounds> LinkedTree<'a, B> {
     /// Links the nodes of a tree, which may be in any order with siblings together.
     pub fn new(nodes: &'a mut [Node<B>], token: &CancelToken) -> Result<Self, Cancelled> {
         let parents: Vec<AtomicU32> = (0..nodes.len() / 2).map(|_| AtomicU32::new(NONE)).collect();
-        par_tasks(nodes.chunks(NODES_BETWEEN_CHECKS).enumerate(), token, |(chunk, chunk_nodes), _| {
-            for (index, node) in (chunk * NODES_BETWEEN_CHECKS..).zip(chunk_nodes) {
+        par_tasks(nodes.chunks(LIGHT_STEPS).enumerate(), token, |(chunk, chunk_nodes), _| {
+            for (index, node) in (chunk * LIGHT_STEPS..).zip(chunk_nodes) {
                 if !node.is_leaf() {
                     parents[node.first as usize / 2].store(index as u32, Ordering::Relaxed);
                 }

@@ -122,9 +122,7 @@ fn apply_moves<B: NodeBounds>(
     moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
     let (mut changed, mut undo, mut gain) = (HashSet::new(), Vec::new(), 0.0);
     for (at, Move { node, target, .. }) in moves.into_iter().enumerate() {
-        if at % CANDIDATES_BETWEEN_CHECKS == 0 {
-            token.check()?;
-        }
+        token.check_every(CANDIDATES_BETWEEN_CHECKS, at)?;
         let touched = [tree.parent(node), node, sibling(node), target];
         let is_stale = touched.iter().any(|index| changed.contains(index));
         // An earlier move may have put one below the other.

@@ -1,6 +1,6 @@
 //! End-point overlap (EPO): the surface of the scene inside nodes that do not hold it.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, par_tasks};
 use crate::tree::container::Container;
@@ -12,8 +12,6 @@ mod clip;
 
 use clip::Clip;
 
-/// Triangles or nodes between two polls for cancellation.
-const BATCH: usize = 1 << 14;
 /// Number of nodes that the samples may visit on average before the rest of them is left out. On models from scans to
 /// architecture, in boxes and spheres, they visit 50 to 800.
 const VISITS_PER_SAMPLE: u64 = 1 << 12;
@@ -101,7 +99,7 @@ fn overlap_of<C: Clip>(
     if is_split {
         // Only the first slot of each triangle counts.
         let mut seen = vec![false; triangles.len()];
-        for (areas, indices) in areas.chunks_mut(BATCH).zip(tree.primitive_indices.chunks(BATCH)) {
+        for (areas, indices) in areas.chunks_mut(MEDIUM_STEPS).zip(tree.primitive_indices.chunks(MEDIUM_STEPS)) {
             token.check()?;
             for (area, &index) in areas.iter_mut().zip(indices) {
                 if std::mem::replace(&mut seen[index as usize], true) {
@@ -111,7 +109,7 @@ fn overlap_of<C: Clip>(
         }
     }
     let (mut total, mut with_area) = (0.0, 0);
-    for batch in areas.chunks(BATCH) {
+    for batch in areas.chunks(MEDIUM_STEPS) {
         token.check()?;
         total = batch.iter().fold(total, |sum, area| sum + area);
         with_area += batch.iter().filter(|area| **area > 0.0).count();
@@ -178,9 +176,7 @@ fn choose_samples(
     let mut area_so_far = 0.0;
     let mut next = step * 0.5;
     for (slot, &area) in areas.iter().enumerate() {
-        if slot.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, slot)?;
         area_so_far += area;
         if area_so_far > next {
             let steps = ((area_so_far - next) / step).floor() + 1.0;
@@ -209,9 +205,9 @@ fn all_slots<C: Container>(
         sample_of[tree.primitive_indices[sample.slot as usize] as usize] = index;
     }
     let mut slots = Vec::with_capacity(samples.len());
-    for (batch, indices) in tree.primitive_indices.chunks(BATCH).enumerate() {
+    for (batch, indices) in tree.primitive_indices.chunks(MEDIUM_STEPS).enumerate() {
         token.check()?;
-        for (&index, slot) in indices.iter().zip((batch * BATCH) as u32..) {
+        for (&index, slot) in indices.iter().zip((batch * MEDIUM_STEPS) as u32..) {
             let sample = sample_of[index as usize];
             if sample != NO_SAMPLE {
                 slots.push(SampleSlot { slot, sample });
@@ -229,9 +225,7 @@ fn leaves_of_slots<C: Container>(
 ) -> Result<Vec<u32>, Cancelled> {
     let mut leaves = vec![0; slots.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
-        if index.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         if node.is_leaf() {
             let begin = slots.partition_point(|slot| slot.slot < node.first);
             let count = slots[begin..].iter().take_while(|slot| slot.slot < node.first + node.count).count();
@@ -265,7 +259,7 @@ fn foreign_cost<C: Clip>(
     let mut visited = 0;
     while let Some(index) = stack.pop() {
         visited += 1;
-        if visited % BATCH as u64 == 0 {
+        if visited % MEDIUM_STEPS as u64 == 0 {
             token.check()?;
         }
         let node = &tree.nodes[index as usize];

@@ -1,15 +1,12 @@
 //! Plans wide nodes and leaves from the decisions for the binary nodes.
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::tree::Tree;
 use crate::wide::bounds::WideContainer;
 use crate::wide::child::{Child, LeafRange};
 use crate::wide::collapse::decision::{DecidedNode, DecisionRef, Decisions};
 use crate::wide::collapse::visit_order::lanes_by;
 use crate::wide::layout::WIDTH;
-
-/// Poll for cancellation every 4096 wide nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// A lane of a planned wide node.
 #[derive(Debug, Clone, Copy)]
@@ -152,9 +149,7 @@ impl<C: WideContainer> Emitter<'_, C> {
         let mut open: Vec<(DecisionRef, Option<Child>, usize)> = vec![(root, None, 0)];
         while let Some((root, parent, lane)) = open.pop() {
             let [full, compact] = segment.nodes.each_ref().map(Vec::len);
-            if (full + compact).is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, full + compact)?;
             let form = usize::from(self.decisions.get(root).is_compact());
             let at = Child::node(segment.nodes[form].len(), form == 1);
             match parent {

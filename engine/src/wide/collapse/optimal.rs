@@ -7,7 +7,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::kernel::SimdLevel;
 use crate::kernel::parallel::par_tasks_with;
 use crate::kernel::simd::dispatch_plain;
@@ -23,9 +23,6 @@ use crate::wide::collapse::visit_order::{hits_per_cost, leaf_hits, node_hits};
 const MAX_GROUP_CHUNKS: usize = 16;
 /// Number of groups below which groups get smaller than [`MAX_GROUP_CHUNKS`].
 const MIN_GROUPS: usize = 32;
-/// While one thread joins chunks, poll for cancellation every 4096 nodes.
-const NODES_BETWEEN_CHECKS: usize = 1 << 12;
-
 /// The optimal decisions for a tree, which must not be empty. Nodes of less than `compact_area` become compact.
 pub(crate) fn optimal_decisions<C: WideContainer>(
     tree: &Tree<C>,
@@ -109,9 +106,7 @@ impl<C: WideContainer> ChunkRange<'_, C> {
         let mut joined = Boundary::default();
         let pending = boundaries.iter().rev().flat_map(|boundary| boundary.pending.iter().copied()).chain(root);
         for (count, at) in pending.enumerate() {
-            if count.is_multiple_of(NODES_BETWEEN_CHECKS) {
-                token.check()?;
-            }
+            token.check_every(HEAVY_STEPS, count)?;
             let first = nodes[at as usize].first;
             let in_range =
                 (first as usize / 2).checked_sub(first_pair).is_some_and(|pair| pair < CHUNK_PAIRS * costed.len());
