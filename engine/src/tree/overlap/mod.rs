@@ -129,7 +129,10 @@ fn overlap_of<C: Clip>(
         let first = sample_leaves.partition_point(|entry| entry.0 < sample_index);
         let mut own = Vec::new();
         for &(_, leaf) in sample_leaves[first..].iter().take_while(|entry| entry.0 == sample_index) {
-            own.extend(std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])));
+            for node in std::iter::successors(Some(leaf), |&node| (node != 0).then(|| parents[node as usize])) {
+                token.check_every(MEDIUM_STEPS, own.len())?;
+                own.push(node);
+            }
         }
         let climbed = own.len() as u64;
         own.sort_unstable();
@@ -253,8 +256,11 @@ fn foreign_cost<C: Clip>(
     let bounds = triangle.bounds();
     let mut cost = 0.0;
     // Children of its own nodes that are not its own are the roots of all foreign subtrees.
-    let children = own.iter().flat_map(|&node| tree.nodes[node as usize].children());
-    let mut stack: Vec<u32> = children.filter(|child| own.binary_search(child).is_err()).collect();
+    let mut stack = Vec::new();
+    for (step, &node) in own.iter().enumerate() {
+        token.check_every(MEDIUM_STEPS, step)?;
+        stack.extend(tree.nodes[node as usize].children().filter(|child| own.binary_search(child).is_err()));
+    }
     // Where all triangles coincide, all nodes are visited.
     let mut visited = 0;
     while let Some(index) = stack.pop() {
