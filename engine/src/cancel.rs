@@ -8,11 +8,11 @@ use std::time::Duration;
 use crate::task_log::{Strand, TaskLog};
 
 /// Steps between two cancellation checks where a step reads or writes a few values.
-pub(crate) const LIGHT_STEPS: usize = 1 << 16;
+pub const LIGHT_STEPS: usize = 1 << 16;
 /// Steps between two cancellation checks where a step computes with a node, a triangle or a pair.
-pub(crate) const MEDIUM_STEPS: usize = 1 << 14;
+pub const MEDIUM_STEPS: usize = 1 << 14;
 /// Steps between two cancellation checks where a step works on many values or allocates.
-pub(crate) const HEAVY_STEPS: usize = 1 << 12;
+pub const HEAVY_STEPS: usize = 1 << 12;
 
 /// Error of a computation whose token was cancelled. Not a failure: the result is no longer wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -13,7 +13,7 @@ use crate::budget::Budget;
 use crate::scene::{Extent, Scene};
 use crate::vectors::length;
 use crate::visibility::TriangleSet;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
@@ -21,8 +21,6 @@ use bvhscope_engine::with_tree;
 
 /// Ratio of the longest edge to the height on it above which a triangle counts as a sliver.
 const SLIVER_ASPECT: f64 = 100.0;
-/// Triangles between two cancellation checks.
-const BATCH: usize = 1 << 14;
 
 /// A problem that makes tracing slow or a picture wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -195,9 +193,7 @@ fn those(
 ) -> Result<TriangleSet, Cancelled> {
     let mut set = TriangleSet::none(triangles.len());
     for (index, triangle) in triangles.iter().enumerate() {
-        if index.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         if predicate(triangle) {
             set.insert(index as u32);
         }
@@ -240,9 +236,7 @@ fn duplicates(triangles: &[Triangle], token: &CancelToken) -> Result<TriangleSet
     let mut seen = HashSet::with_capacity(triangles.len());
     let mut set = TriangleSet::none(triangles.len());
     for (index, triangle) in triangles.iter().enumerate() {
-        if index.is_multiple_of(BATCH) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         if !seen.insert(Corners(triangle)) {
             set.insert(index as u32);
         }

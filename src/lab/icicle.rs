@@ -6,15 +6,12 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use bvhscope_engine::tree::{Container, Tree, node_metrics};
 use bvhscope_engine::with_tree;
 
 use crate::accel::Accel;
 use crate::lab::node_values::KnownVisits;
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// Meaning of a node's width: the sum of a number over it and all nodes below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -79,9 +76,7 @@ fn sums<C: Container>(tree: &Tree<C>, own: impl Fn(usize) -> f64, token: &Cancel
     let mut sums = vec![0.0_f64; tree.nodes.len()];
     // Backwards, so that children are done before their parents.
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(LIGHT_STEPS, index)?;
         sums[index] = node.children().fold(own(index), |sum, child| sum + sums[child as usize]);
     }
     Ok(sums.into_iter().map(|sum| sum as f32).collect())

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use bvhscope_engine::tree::largest::largest_nodes;
 use bvhscope_engine::with_tree;
 
@@ -87,9 +87,9 @@ impl VisitScatter {
             index: vec![0; CELLS[0] * CELLS[1]],
         };
         let count = accel.tree.node_count();
-        for first in (0..count).step_by(NODES_BETWEEN_CHECKS) {
+        for first in (0..count).step_by(LIGHT_STEPS) {
             token.check()?;
-            let nodes = first as u32..(first + NODES_BETWEEN_CHECKS).min(count) as u32;
+            let nodes = first as u32..(first + LIGHT_STEPS).min(count) as u32;
             with_tree!(&accel.tree, tree => for node in nodes {
                 let (predicted, measured) = (visits.0.predicted(tree, node), visits.0.counts[node as usize]);
                 scatter.add(ScatterNode { node, predicted, measured });
@@ -156,9 +156,6 @@ impl VisitScatter {
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, cell)| cell)
     }
 }
-
-/// Nodes between two polls for cancellation.
-const NODES_BETWEEN_CHECKS: usize = 1 << 16;
 
 /// A node with its visits, where they are known.
 pub fn node_in(values: &NodeValues<'_>, node: u32) -> Option<ScatterNode> {

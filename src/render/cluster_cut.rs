@@ -3,13 +3,10 @@
 use std::sync::Arc;
 
 use crate::accel::Accel;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use bvhscope_engine::construction::{Cut, CutError, Timeline};
 use bvhscope_engine::tree::{AnyTree, Container, Tree};
 use bvhscope_engine::with_tree;
-
-/// Poll for cancellation every this many nodes.
-const CHECK_EVERY: usize = 1 << 16;
 
 /// A cut through a tree whose nodes give surfaces their colours, in place of the nodes at a depth.
 #[derive(Debug, Clone)]
@@ -73,7 +70,7 @@ fn highest_of_primitives<C: Container>(
     // Parents come before their children, so one forward pass propagates depth and the cluster, once it is reached.
     let mut of_node = vec![(0_u32, None); tree.nodes.len()];
     for (index, node) in tree.nodes.iter().enumerate() {
-        token.check_every(CHECK_EVERY, index)?;
+        token.check_every(LIGHT_STEPS, index)?;
         let (depth, above) = of_node[index];
         let own = index as u32;
         let reached = above.or_else(|| is_cluster(own, depth).then_some(own));

@@ -86,9 +86,7 @@ impl FileRow {
         })?;
         let mut files = Vec::new();
         for (index, entry) in read.flatten().enumerate() {
-            if index.is_multiple_of(FILES_PER_POLL) {
-                token.check()?;
-            }
+            token.check_every(FILES_PER_POLL, index)?;
             if let Some(number) = entry.file_name().to_str().and_then(|name| self.number(name)) {
                 files.push(NumberedFile { number, path: self.path.with_file_name(entry.file_name()) });
             }

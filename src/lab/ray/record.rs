@@ -9,13 +9,10 @@ use super::span::Spans;
 use super::step::{RayStep, Step};
 use crate::accel::Accel;
 use crate::render::{NoRay, RenderRequest, single_ray};
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::RayEvent;
 use bvhscope_engine::wide::trace::LineProbe;
-
-/// Poll for cancellation every this many steps.
-const STEPS_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// Traces the ray of `request` through the tree and keeps what the traversal does. Like counted rays of pictures it meets the
 /// cut-outs of textures as if they were solid, and is traced again behind hidden triangles.
@@ -46,9 +43,7 @@ pub fn record(
     let mut spans = Spans::new(accel, &ray, is_wide);
     let mut steps: Vec<RayStep> = Vec::with_capacity(recorder.steps.len());
     for (index, &(what, counts)) in recorder.steps.iter().enumerate() {
-        if index.is_multiple_of(STEPS_BETWEEN_CHECKS) {
-            token.check()?;
-        }
+        token.check_every(HEAVY_STEPS, index)?;
         steps.push(spans.follow(index, what, counts));
     }
     let nearest = nearest.map(|hit| (hit.t, hit.primitive_index));

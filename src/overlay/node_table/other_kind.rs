@@ -3,14 +3,11 @@
 use super::table::NodeTable;
 use crate::accel::Accel;
 use crate::overlay::container_set::ContainerSet;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle};
 use bvhscope_engine::kernel::parallel::par_collect;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Node, Tree};
 use bvhscope_engine::with_tree;
-
-/// Poll for cancellation every 16,384 nodes.
-const NODES_PER_CHECK: usize = 1 << 14;
 
 impl NodeTable {
     /// Computes those of the containers of other `kinds` than the tree's that are not known yet, in the calling thread's rayon pool.
@@ -102,9 +99,7 @@ fn containers<K: Container, C: Container>(
     };
     let mut all = par_collect(tree.nodes.len(), token, |at| of_leaf(&tree.nodes[at]))?;
     for (index, node) in tree.nodes.iter().enumerate().rev() {
-        if index.is_multiple_of(NODES_PER_CHECK) {
-            token.check()?;
-        }
+        token.check_every(MEDIUM_STEPS, index)?;
         all[index] = node.children().fold(all[index], |around, child| around.union(&all[child as usize]));
     }
     Ok(all)

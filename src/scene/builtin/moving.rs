@@ -39,9 +39,7 @@ fn add<M: Mover + 'static>(
     let lists = VertexLists { normals: pose.normals.split_off(1.min(pose.normals.len())), ..VertexLists::default() };
     let first = assembly.add_vertices(lists.normals.len(), &lists, token)?;
     for (index, triangle) in pose.triangles.into_iter().enumerate() {
-        if index.is_multiple_of(BATCH_SIZE) {
-            token.check()?;
-        }
+        token.check_every(BATCH_SIZE, index)?;
         let corners = first.map(|first| corners(&mover, index as u32).map(|corner| first + corner));
         assembly.push(triangle, corners, 0, || FileLocation::File);
     }

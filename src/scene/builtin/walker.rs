@@ -74,9 +74,7 @@ pub(super) fn build(triangles: u32, assembly: &mut Assembly, token: &CancelToken
     let lists = VertexLists { normals: shape.normals.clone(), ..VertexLists::default() };
     let first = assembly.add_vertices(shape.positions.len(), &lists, token)?;
     for (index, corners) in corners.iter().enumerate() {
-        if index.is_multiple_of(BATCH_SIZE) {
-            token.check()?;
-        }
+        token.check_every(BATCH_SIZE, index)?;
         let [a, b, c] = corners.map(|corner| shape.positions[corner as usize]);
         let own = first.map(|first| corners.map(|corner| first + corner));
         assembly.push(Triangle { a, b, c }, own, 0, || FileLocation::File);

@@ -260,9 +260,7 @@ impl<'a> Accessors<'a> {
         let (mut known, mut broken) = self.ascending.borrow().get(&key).copied().unwrap_or_default();
         let target = |k: usize| index(index_type, indices.at(k));
         while known < changes && !broken {
-            if known.is_multiple_of(BATCH_SIZE) {
-                token.check()?;
-            }
+            token.check_every(BATCH_SIZE, known)?;
             let Some(left) = self.checks_left.get().checked_sub(1) else {
                 let detail = "shares parts of its indices with too many others; export the model again";
                 return Err(Fault::new("sparse changes left out, since their lists overlap", detail).into());

@@ -275,9 +275,7 @@ impl<'a> Reader<'a, '_> {
         let mut keys: Vec<(f32, usize)> = Vec::with_capacity(times.count);
         let mut numbers = Vec::with_capacity(times.count.saturating_mul(parts.saturating_mul(width)));
         for key in 0..times.count {
-            if key.is_multiple_of(BATCH_SIZE / 16) {
-                self.token.check()?;
-            }
+            self.token.check_every(BATCH_SIZE / 16, key)?;
             let start = numbers.len();
             for element in 0..elements {
                 let numbers_of: [f32; 4] = values.element(key.saturating_mul(elements).saturating_add(element));

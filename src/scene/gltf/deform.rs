@@ -52,9 +52,7 @@ pub(super) fn holds(attributes: &mut Attributes) -> Result<Vec<Vec<Hold>>, Cance
     }
     let mut faults = [0_u64; 3];
     for vertex in 0..attributes.gather.len() {
-        if vertex.is_multiple_of(crate::scene::assemble::BATCH_SIZE) {
-            attributes.gather.token.check()?;
-        }
+        attributes.gather.token.check_every(crate::scene::assemble::BATCH_SIZE, vertex)?;
         let [bad, none, uneven] = share_weights(sets.iter_mut().map(|set| &mut set[vertex]));
         for (count, is_faulty) in faults.iter_mut().zip([bad, none, uneven]) {
             *count = count.saturating_add(u64::from(is_faulty));

@@ -178,9 +178,7 @@ fn add_primitive(
     let first = assembly.add_vertices(positions.len(), &lists, token)?;
     let mut kept = Vec::new();
     for (k, &[a, b, c]) in primitive.triangles.iter().enumerate() {
-        if k.is_multiple_of(BATCH_SIZE) {
-            token.check()?;
-        }
+        token.check_every(BATCH_SIZE, k)?;
         // A mirroring transform reverses the winding; swapping two corners restores it.
         let own = if shape.is_mirrored(a as usize, transforms) { [a, c, b] } else { [a, b, c] };
         // A hidden triangle is a point, which no ray hits, until a clip shows it.

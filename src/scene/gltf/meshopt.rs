@@ -6,7 +6,7 @@
     reason = "sums and shifts below 2^16, floats, and arithmetic that wraps on purpose"
 )]
 
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 
 /// The reason why data were not decoded.
 #[derive(Debug)]
@@ -25,9 +25,6 @@ impl From<Cancelled> for MeshoptError {
 
 const SHORT: MeshoptError = MeshoptError::Damaged("the compressed data end too early");
 const UNKNOWN: MeshoptError = MeshoptError::Damaged("the compressed data are of an unknown kind");
-
-/// Elements between two cancellation checks.
-const POLL_INTERVAL: usize = 1 << 12;
 
 /// Compressed bytes, read from the front.
 struct Reader<'a> {
@@ -86,7 +83,7 @@ pub(super) fn decode(
         }
         _ => return Err(UNKNOWN),
     };
-    for part in decoded.chunks_mut(stride * POLL_INTERVAL) {
+    for part in decoded.chunks_mut(stride * HEAVY_STEPS) {
         token.check()?;
         for element in part.chunks_exact_mut(stride) {
             match (filter, stride) {
@@ -235,9 +232,7 @@ fn triangles(bytes: &[u8], count: usize, token: &CancelToken) -> Result<Vec<u32>
     };
     let mut result = Vec::with_capacity(count);
     for (k, &code) in codes.iter().enumerate() {
-        if k.is_multiple_of(POLL_INTERVAL) {
-            token.check()?;
-        }
+        token.check_every(HEAVY_STEPS, k)?;
         let triangle = if code < 0xf0 {
             let [a, b] = edges.back(code >> 4);
             let kind = code & 15;
@@ -304,9 +299,7 @@ fn indices(bytes: &[u8], count: usize, token: &CancelToken) -> Result<Vec<u32>, 
     let mut last = [0_u32; 2];
     let mut result = Vec::new();
     for k in 0..count {
-        if k.is_multiple_of(POLL_INTERVAL) {
-            token.check()?;
-        }
+        token.check_every(HEAVY_STEPS, k)?;
         let number = reader.varint()?;
         let baseline = &mut last[(number & 1) as usize];
         *baseline = baseline.wrapping_add(unzigzag(number >> 1));

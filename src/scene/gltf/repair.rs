@@ -13,10 +13,7 @@ use serde_json::{Map, Value, json};
 use super::table::{DOCUMENT, EMPTY_ENTRIES, LIGHTS_LIST, Lost, POSITION, Row, Rule, Target, extension};
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::text::quoted;
-use bvhscope_engine::cancel::CancelToken;
-
-/// Values between two cancellation checks.
-const POLL_INTERVAL: usize = 1 << 12;
+use bvhscope_engine::cancel::{CancelToken, HEAVY_STEPS};
 
 /// Repairs a document and removes fields that are not in [`DOCUMENT`]. Afterwards each of [`EMPTY_ENTRIES`] is the last of its
 /// list. `check` sees the document once its first row is known to be sound.
@@ -99,9 +96,7 @@ impl Walk<'_> {
     }
 
     fn value(&mut self, rule: &Rule, value: &mut Value) -> Result<Fate, LoadError> {
-        if self.visited.is_multiple_of(POLL_INTERVAL) {
-            self.token.check()?;
-        }
+        self.token.check_every(HEAVY_STEPS, self.visited)?;
         self.visited = self.visited.wrapping_add(1);
         match (rule, &mut *value) {
             (Rule::Needed(rule), value) => self.value(rule, value),

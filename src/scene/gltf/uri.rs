@@ -44,9 +44,7 @@ fn percent_decoded(text: &str, token: &CancelToken) -> Result<Vec<u8>, String> {
     let mut rest = text.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {
         rest = after;
-        if bytes.len().is_multiple_of(POLL_INTERVAL_BYTES) {
-            token.check().map_err(|cancelled| cancelled.to_string())?;
-        }
+        token.check_every(POLL_INTERVAL_BYTES, bytes.len()).map_err(|cancelled| cancelled.to_string())?;
         if byte == b'%' {
             let digits = rest.get(..2).and_then(|digits| std::str::from_utf8(digits).ok()).ok_or_else(wrong)?;
             bytes.push(u8::from_str_radix(digits, 16).map_err(|_| wrong())?);

@@ -19,7 +19,7 @@ use super::SETTINGS;
 use super::mesh::MESH_PROGRESS;
 use super::rules::{Rules, Stop, Verdict};
 use super::statement::{Fault, Statements};
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 
 /// Bytes of the file between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 16;
@@ -202,9 +202,7 @@ fn first_fault(text: &[u8], token: &CancelToken) -> Result<Option<(u64, Fault)>,
     let mut statements = Statements::new(text);
     loop {
         let line = statements.line.saturating_add(1);
-        if line.is_multiple_of(1 << 12) {
-            token.check()?;
-        }
+        token.check_every(HEAVY_STEPS, line as usize)?;
         let Ok(Some(statement)) = statements.next() else { return Ok(None) };
         let numbers = match statement.keyword {
             b"v" => statement.numbers::<3>("a vertex", 0).err(),

@@ -172,9 +172,7 @@ impl Faces {
         let mut cutter = PolygonCutter::default();
         let (mut indices, mut points) = (Vec::new(), Vec::new());
         for (index, polygon) in self.polygons.iter().enumerate() {
-            if index.is_multiple_of(BATCH_SIZE) {
-                token.check()?;
-            }
+            token.check_every(BATCH_SIZE, index)?;
             let end = polygon.first.saturating_add(polygon.corners).saturating_sub(2);
             let Some(fan) = self.corners.get_mut(polygon.first..end) else { continue };
             indices.clear();

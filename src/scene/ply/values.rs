@@ -8,11 +8,11 @@ use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::scene::numbers::{advice_about, number};
 use crate::scene::read::READ_PROGRESS;
 use crate::text::quoted;
-use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::cancel::{CancelToken, MEDIUM_STEPS};
 
 /// Maximum number of bytes of a number in text.
 const MAX_WORD: usize = 1 << 12;
-/// Bytes of white space or left-over text between two cancellation checks.
+/// Bytes of white space between two cancellation checks.
 const POLL_INTERVAL_BYTES: usize = 1 << 20;
 /// Elements or numbers between two cancellation checks.
 const POLL_INTERVAL: u64 = 16_384;
@@ -130,9 +130,7 @@ impl<'a> Source<'a> {
             // A carriage return ends a line unless a line feed follows.
             let ends_line = byte == b'\n' || is_return && self.rest().first() != Some(&b'\n');
             self.line = self.line.saturating_add(u64::from(ends_line));
-            if self.at.is_multiple_of(POLL_INTERVAL_BYTES) {
-                self.token.check()?;
-            }
+            self.token.check_every(POLL_INTERVAL_BYTES, self.at)?;
         }
         Ok(())
     }
@@ -231,10 +229,8 @@ impl<'a> Source<'a> {
         self.skip_white_space(false)?;
         let place = self.place();
         let mut lines = 0_u64;
-        for part in self.rest().split(|&byte| byte == b'\n' || byte == b'\r') {
-            if lines.is_multiple_of(POLL_INTERVAL) {
-                self.token.check()?;
-            }
+        for (index, part) in self.rest().split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
+            self.token.check_every(MEDIUM_STEPS, index)?;
             lines = lines.saturating_add(u64::from(!part.trim_ascii().is_empty()));
         }
         self.warnings.add_many(lines, "lines after the last element not read", || place);
