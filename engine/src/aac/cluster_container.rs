@@ -10,6 +10,7 @@ use fearless_simd::Simd;
 use crate::geometry::{Aabb, Dop14, Sphere, half_area_between};
 use crate::kernel::lanes::{Fields, Lanes};
 use crate::order::PrimitiveContainer;
+use crate::tree::Tree;
 
 /// A container whose merge distance to many others can be computed at once.
 pub trait ClusterContainer: PrimitiveContainer {
@@ -27,6 +28,10 @@ pub trait ClusterContainer: PrimitiveContainer {
     fn fields(&self) -> Self::Fields<f32>;
     /// The container with these `fields`.
     fn from_fields(fields: Self::Fields<f32>) -> Self;
+    /// `tree` where it is one of boxes, for the passes that need them.
+    fn boxes_of(_: &mut Tree<Self>) -> Option<&mut Tree<Aabb>> {
+        None
+    }
     /// Fields of the smallest container around two, each in all lanes.
     fn union_fields<S: Simd, V: Lanes<S>>(
         simd: S,
@@ -43,6 +48,10 @@ pub trait ClusterContainer: PrimitiveContainer {
 }
 
 impl ClusterContainer for Aabb {
+    fn boxes_of(tree: &mut Tree<Self>) -> Option<&mut Tree<Aabb>> {
+        Some(tree)
+    }
+
     const USED_FIELDS: usize = 6;
     type Columns = [Vec<f32>; 6];
     const INFINITELY_FAR: [f32; 6] =

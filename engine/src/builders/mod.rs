@@ -57,12 +57,13 @@ pub fn build_binary_with_cache(
     token: &CancelToken,
 ) -> Result<(AnyTree, StageTimes), BuildError> {
     check_size(triangles.len(), settings)?;
-    let (mut tree, mut times) = match settings.container {
-        ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token),
-        ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token),
-        ContainerKind::Dop14 => build_container::<Dop14>(triangles, settings, cache, token),
+    let mut times = StageTimes::default();
+    let mut tree: AnyTree = match settings.container {
+        ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token, &mut times)?.into(),
+        ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token, &mut times)?.into(),
+        ContainerKind::Dop14 => build_container::<Dop14>(triangles, settings, cache, token, &mut times)?.into(),
         ContainerKind::Oriented => unreachable!("refused above"),
-    }?;
+    };
     if settings.passes().contains(Pass::Orient) {
         let start = Instant::now();
         tree = orient(&tree, triangles, token)?;
@@ -82,23 +83,33 @@ fn too_many(count: usize) -> Option<String> {
         .then(|| format!("a tree holds fewer than {MAX_PRIMITIVES} triangles, this scene has {count}; leave some out"))
 }
 
+/// Builds a tree with containers `C`, whatever `settings` say of containers and of [`Pass::Orient`].
+///
+/// # Errors
+///
+/// As [`build_binary`].
+pub(crate) fn build_tree<C: ClusterContainer>(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
+) -> Result<Tree<C>, BuildError> {
+    check_size(triangles.len(), settings)?;
+    build_container(triangles, settings, None, token, &mut StageTimes::default())
+}
+
 /// Builds a tree with containers `C`, over scaled coordinates where the areas of the given ones would overflow or vanish.
 fn build_container<C: ClusterContainer>(
     triangles: &[Triangle],
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
     token: &CancelToken,
-) -> Result<(AnyTree, StageTimes), BuildError>
-where
-    AnyTree: From<Tree<C>>,
-{
-    let mut times = StageTimes::default();
+    times: &mut StageTimes,
+) -> Result<Tree<C>, BuildError> {
     if let Some(cache) = &mut cache {
         cache.take_stats();
     }
     if triangles.is_empty() {
-        let tree = Tree::<C> { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
-        return Ok((tree.into(), times));
+        return Ok(Tree::EMPTY);
     }
     let bounds = if let Some(bounds) = cache.as_deref().and_then(BuildCache::input_bounds) {
         times.reused.push("bounds");
@@ -113,11 +124,11 @@ where
     if let Some(cache) = &mut cache {
         cache.store_input_bounds(bounds);
     }
-    let input = PreparedInput::new(triangles, bounds, settings, token, &mut times)?;
+    let input = PreparedInput::new(triangles, bounds, settings, token, times)?;
     let cache = if input.is_unchanged() { cache } else { None };
-    let mut tree = build_kind::<C>(&input, settings, cache, token, &mut times)?;
-    input.restore(&mut tree, triangles, token, &mut times)?;
-    Ok((tree.into(), times))
+    let mut tree = build_kind::<C>(&input, settings, cache, token, times)?;
+    input.restore(&mut tree, triangles, token, times)?;
+    Ok(tree)
 }
 
 /// Builds with the chosen builder and runs the chosen passes over the tree.

@@ -17,7 +17,6 @@ mod orient;
 mod reinsert;
 mod restructure;
 
-use std::any::Any;
 use std::time::Instant;
 
 pub use anneal::ANNEALING_PARTS;
@@ -31,7 +30,6 @@ pub(crate) use subtree_costs::subtree_costs;
 
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Aabb;
 use crate::settings::{BuildSettings, Pass, Passes};
 use crate::stage_times::StageTimes;
 use crate::tree::Tree;
@@ -75,7 +73,7 @@ pub fn optimize<C: ClusterContainer>(
     if collapses_first {
         finish_pass(Pass::Collapse, cost)?;
     }
-    if let Some(box_tree) = (&mut tree as &mut dyn Any).downcast_mut::<Tree<Aabb>>() {
+    if let Some(box_tree) = C::boxes_of(&mut tree) {
         if passes.contains(Pass::Restructure) {
             cost -= f64::from(restructure(box_tree, costs, collapses_first, token)?);
             finish_pass(Pass::Restructure, cost)?;

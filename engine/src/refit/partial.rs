@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::bottom_up::{FitInterior as _, ToChildren, fit};
 use super::on_boxes::on_boxes;
 use crate::aac::ClusterContainer;
-use crate::builders::{BuildError, build_binary};
+use crate::builders::{BuildError, build_tree};
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::par_tasks;
@@ -48,7 +48,7 @@ const WHOLE_SHARE: f32 = 0.5;
 ///
 /// # Errors
 ///
-/// As [`build_binary`]; the tree is fitted then.
+/// As [`build_binary`](crate::builders::build_binary); the tree is fitted then.
 ///
 /// # Panics
 ///
@@ -63,11 +63,7 @@ pub fn partial_rebuild(
 ) -> Result<usize, BuildError> {
     let optimize = settings.optimize.without(Pass::Orient);
     let settings = BuildSettings { container: tree.container_kind(), optimize, ..*settings };
-    let build = |triangles: &[Triangle], token: &CancelToken| build_binary(triangles, &settings, token);
-    with_built_tree!(tree, tree => rebuild_grown(tree, built, triangles, grown, token, |triangles, token| {
-        let (part, _) = build(triangles, token)?;
-        Ok(part.into_tree().unwrap_or_else(|| unreachable!("the settings have the tree's own container")))
-    }), tree => on_boxes(tree, triangles, token, |tree| {
+    with_built_tree!(tree, tree => rebuild_grown(tree, built, triangles, &settings, grown, token), tree => on_boxes(tree, triangles, token, |tree| {
         partial_rebuild(tree, built, triangles, &settings, grown, token)
     }))
 }
@@ -82,9 +78,9 @@ fn rebuild_grown<C: ClusterContainer>(
     tree: &mut Tree<C>,
     built: &mut BuiltCosts,
     triangles: &[Triangle],
+    settings: &BuildSettings,
     grown: GrownParts,
     token: &CancelToken,
-    build: impl Fn(&[Triangle], &CancelToken) -> Result<Tree<C>, BuildError> + Sync,
 ) -> Result<usize, BuildError> {
     assert!(tree.is_binary(token)?, "partial rebuilds need a binary tree");
     assert_eq!(tree.nodes.len(), built.0.len(), "the costs are those of another tree");
@@ -97,7 +93,7 @@ fn rebuild_grown<C: ClusterContainer>(
         // Split triangles have several slots.
         sources.dedup();
         let own: Vec<Triangle> = sources.iter().map(|&index| triangles[index as usize]).collect();
-        let mut part = build(&own, token)?;
+        let mut part = build_tree(&own, settings, token)?;
         part.primitive_indices.iter_mut().for_each(|index| *index = sources[*index as usize]);
         let costs = relative_costs(&mut part, token)?;
         Ok(Part { tree: part, costs })
@@ -218,6 +214,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::builders::build_binary;
     use crate::tree::statistics::tree_stats;
     use crate::tree::validate::validate;
 

@@ -1,6 +1,5 @@
 //! The tree: a flat list of nodes.
 
-use std::any::Any;
 use std::ops::Range;
 
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
@@ -243,11 +242,6 @@ impl AnyTree {
             Self::Dop14(_) => ContainerKind::Dop14,
             Self::Oriented(_) => ContainerKind::Oriented,
         }
-    }
-
-    /// The tree of containers `C`; `None` where it is of another kind.
-    pub(crate) fn into_tree<C: Container>(self) -> Option<Tree<C>> {
-        with_tree!(self, tree => (Box::new(tree) as Box<dyn Any>).downcast::<Tree<C>>().ok().map(|tree| *tree))
     }
 
     /// Number of nodes, leaves included.
