@@ -4,11 +4,9 @@ use glam::Vec3;
 
 use super::cluster_cut::cluster_of_primitives;
 use super::request::RenderRequest;
-use super::shade::{Shade, Shaded};
-use super::trace_context::TraceContext;
+use super::shade::{Sample, Shade, Shaded};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::traverse::TestCounts;
+use bvhscope_engine::geometry::Hit;
 use bvhscope_engine::with_tree;
 
 /// The linear colour of a cluster: hues a golden angle apart at three lightnesses, so that siblings differ most.
@@ -53,16 +51,8 @@ impl Clusters {
 impl Shade for Clusters {
     type Point = ();
 
-    fn hit(
-        &self,
-        context: &TraceContext,
-        ray: &Ray,
-        hit: &Hit,
-        _point: &(),
-        _tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
-        let facing = context.orientation(ray, hit).smooth.dot(-ray.direction).max(0.0);
+    fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
+        let facing = sample.context.orientation(sample.ray, hit).smooth.dot(-sample.ray.direction).max(0.0);
         // The tree of a construction may lack what the traced one holds.
         let cluster = self.of_primitive.get(hit.primitive_index as usize).copied().unwrap_or(0);
         let color = cluster_color(cluster);

@@ -8,11 +8,10 @@ use super::brdf::Reflectance;
 use super::ground::Ground;
 use super::lights::{KeyLight, Lights};
 use super::sampling::SampleId;
-use super::shade::{Shade, Shaded};
+use super::shade::{Sample, Shade, Shaded};
 use super::surface::{self, Orientation};
 use super::trace_context::{TraceContext, chance};
 use bvhscope_engine::geometry::{Hit, Ray};
-use bvhscope_engine::tree::traverse::TestCounts;
 
 /// Distance, as a fraction of the scene's diagonal, within which a surface shades another by contact.
 const CONTACT_RADIUS: f32 = 0.08;
@@ -175,7 +174,8 @@ impl Shade for Lit {
     type Point = LitPoint;
 
     /// In samples after the first, a ray to what blocks the sky.
-    fn prepare(&self, context: &TraceContext, ray: &Ray, hit: &Hit, id: SampleId, rays: &mut Vec<Ray>) -> LitPoint {
+    fn prepare(&self, sample: &Sample<'_>, hit: &Hit, rays: &mut Vec<Ray>) -> LitPoint {
+        let &Sample { context, ray, id, .. } = sample;
         let scene = context.scene;
         let material = scene.material(hit.primitive_index);
         let base_color = surface::base_color(scene, material, hit);
@@ -209,8 +209,7 @@ impl Shade for Lit {
     /// The shadow ray to the key light, then that of each surface that blocks the sky.
     fn occlusion_rays(
         &self,
-        context: &TraceContext,
-        _ray: &Ray,
+        sample: &Sample<'_>,
         _hit: &Hit,
         point: &mut LitPoint,
         bounces: (&[Ray], &[Option<Hit>]),
@@ -218,25 +217,17 @@ impl Shade for Lit {
     ) {
         rays.extend(point.key_ray);
         for ((bounce, ray), hit) in point.bounces.iter_mut().zip(bounces.0).zip(bounces.1) {
-            *bounce = self.bounce(context, ray, *hit, rays);
+            *bounce = self.bounce(sample.context, ray, *hit, rays);
         }
     }
 
-    fn hit(
-        &self,
-        _context: &TraceContext,
-        ray: &Ray,
-        _hit: &Hit,
-        point: &LitPoint,
-        _tests: TestCounts,
-        blocked: &[bool],
-    ) -> Shaded {
+    fn hit(&self, sample: &Sample<'_>, _hit: &Hit, point: &LitPoint) -> Shaded {
         if point.is_unlit {
             return Shaded::color(point.emitted);
         }
         let LitPoint { reflectance, normal, key, .. } = *point;
-        let view = -ray.direction;
-        let (sees_key, ambient) = point.resolve(blocked, self.mean_openness);
+        let view = -sample.ray.direction;
+        let (sees_key, ambient) = point.resolve(sample.blocked, self.mean_openness);
         let mirrored = reflectance.mirrored(normal.dot(view));
         // Surfaces that block the sky block its reflection as well.
         let openness = ambient / point.sky;
@@ -249,22 +240,17 @@ impl Shade for Lit {
         Shaded::radiance(radiance + point.emitted)
     }
 
-    fn occlusion_rays_of_miss(&self, context: &TraceContext, ray: &Ray, id: SampleId, rays: &mut Vec<Ray>) {
+    fn occlusion_rays_of_miss(&self, sample: &Sample<'_>, rays: &mut Vec<Ray>) {
         if let Some(ground) = &self.ground {
-            ground.shadow_rays(context, &self.lights, ray, id, rays);
+            ground.shadow_rays(sample.context, &self.lights, sample.ray, sample.id, rays);
         }
     }
 
-    fn miss(
-        &self,
-        context: &TraceContext,
-        ray: &Ray,
-        background: Vec3,
-        _tests: TestCounts,
-        blocked: &[bool],
-    ) -> Shaded {
-        let light =
-            self.ground.as_ref().map_or(1.0, |ground| ground.light(&self.lights, ray, context.diagonal, blocked));
+    fn miss(&self, sample: &Sample<'_>, background: Vec3) -> Shaded {
+        let light = self
+            .ground
+            .as_ref()
+            .map_or(1.0, |ground| ground.light(&self.lights, sample.ray, sample.context.diagonal, sample.blocked));
         Shaded::color(background * light)
     }
 }

@@ -39,6 +39,17 @@ impl Shaded {
     }
 }
 
+/// A primary ray to shade, with what was traced for it.
+pub(super) struct Sample<'a> {
+    pub(super) context: &'a TraceContext<'a>,
+    pub(super) ray: &'a Ray,
+    pub(super) id: SampleId,
+    /// Tests of the ray, if [`Shade::COUNTS`].
+    pub(super) tests: TestCounts,
+    /// The fates of the sample's occlusion rays; empty until they are traced.
+    pub(super) blocked: &'a [bool],
+}
+
 /// A shading mode.
 pub(super) trait Shade: Sync {
     /// True if the mode counts tests while tracing primary rays.
@@ -53,22 +64,14 @@ pub(super) trait Shade: Sync {
     type Point: Copy + Default;
 
     /// Works out what the other methods need, and appends to `rays` those whose closest hits [`Shade::occlusion_rays`] needs.
-    fn prepare(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        _hit: &Hit,
-        _id: SampleId,
-        _rays: &mut Vec<Ray>,
-    ) -> Self::Point {
+    fn prepare(&self, _sample: &Sample<'_>, _hit: &Hit, _rays: &mut Vec<Ray>) -> Self::Point {
         Self::Point::default()
     }
 
     /// Appends the occlusion rays of a hit to `rays`. `bounces` are the rays of [`Shade::prepare`], and their closest hits.
     fn occlusion_rays(
         &self,
-        _context: &TraceContext,
-        _ray: &Ray,
+        _sample: &Sample<'_>,
         _hit: &Hit,
         _point: &mut Self::Point,
         _bounces: (&[Ray], &[Option<Hit>]),
@@ -76,30 +79,14 @@ pub(super) trait Shade: Sync {
     ) {
     }
 
-    /// The sample of a ray that hit a surface. `blocked` has one element per ray of [`Shade::occlusion_rays`].
-    fn hit(
-        &self,
-        context: &TraceContext,
-        ray: &Ray,
-        hit: &Hit,
-        point: &Self::Point,
-        tests: TestCounts,
-        blocked: &[bool],
-    ) -> Shaded;
+    /// The colour of a ray that hit a surface.
+    fn hit(&self, sample: &Sample<'_>, hit: &Hit, point: &Self::Point) -> Shaded;
 
     /// Appends the occlusion rays that [`Shade::miss`] needs to `rays`.
-    fn occlusion_rays_of_miss(&self, _context: &TraceContext, _ray: &Ray, _id: SampleId, _rays: &mut Vec<Ray>) {}
+    fn occlusion_rays_of_miss(&self, _sample: &Sample<'_>, _rays: &mut Vec<Ray>) {}
 
-    /// The sample of a ray that hit nothing; `background` is the linear background colour. `blocked` has one element per ray of
-    /// [`Shade::occlusion_rays_of_miss`].
-    fn miss(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        background: Vec3,
-        _tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
+    /// The colour of a ray that hit nothing; `background` is the linear background colour.
+    fn miss(&self, _sample: &Sample<'_>, background: Vec3) -> Shaded {
         Shaded::color(background)
     }
 }
@@ -110,16 +97,8 @@ pub(super) struct Normals;
 impl Shade for Normals {
     type Point = ();
 
-    fn hit(
-        &self,
-        context: &TraceContext,
-        ray: &Ray,
-        hit: &Hit,
-        _point: &(),
-        _tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
-        let normal = context.orientation(ray, hit).smooth;
+    fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
+        let normal = sample.context.orientation(sample.ray, hit).smooth;
         // Normal maps usually hold sRGB-encoded numbers.
         Shaded::color((normal * 0.5 + 0.5).map(srgb::decode))
     }
@@ -131,26 +110,11 @@ pub(super) struct Depth;
 impl Shade for Depth {
     type Point = ();
 
-    fn hit(
-        &self,
-        context: &TraceContext,
-        ray: &Ray,
-        hit: &Hit,
-        _point: &(),
-        _tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
-        Shaded::value(context.camera.view_depth(ray, hit.t))
+    fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
+        Shaded::value(sample.context.camera.view_depth(sample.ray, hit.t))
     }
 
-    fn miss(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        _background: Vec3,
-        _tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
+    fn miss(&self, _sample: &Sample<'_>, _background: Vec3) -> Shaded {
         Shaded::value(super::frame::Frame::NO_HIT)
     }
 }
@@ -159,18 +123,13 @@ impl Shade for Depth {
 pub(super) struct AmbientOcclusion;
 
 impl Shade for AmbientOcclusion {
-    type Point = SampleId;
-
-    fn prepare(&self, _context: &TraceContext, _ray: &Ray, _hit: &Hit, id: SampleId, _rays: &mut Vec<Ray>) -> SampleId {
-        id
-    }
+    type Point = ();
 
     fn occlusion_rays(
         &self,
-        context: &TraceContext,
-        ray: &Ray,
+        Sample { context, ray, id, .. }: &Sample<'_>,
         hit: &Hit,
-        id: &mut SampleId,
+        (): &mut (),
         _bounces: (&[Ray], &[Option<Hit>]),
         rays: &mut Vec<Ray>,
     ) {
@@ -180,16 +139,8 @@ impl Shade for AmbientOcclusion {
         rays.extend(around(context, position, &orientation, radius, ambient_occlusion::RAYS, *id));
     }
 
-    fn hit(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        _hit: &Hit,
-        _point: &SampleId,
-        _tests: TestCounts,
-        blocked: &[bool],
-    ) -> Shaded {
-        let open = openness(blocked);
+    fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
+        let open = openness(sample.blocked);
         // Encoded as sRGB, so that half open looks half bright.
         Shaded::color(Vec3::splat(srgb::decode(0.05 + 0.9 * open)))
     }
@@ -223,26 +174,11 @@ impl Shade for Heat {
         }
     }
 
-    fn hit(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        _hit: &Hit,
-        _point: &(),
-        tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
-        self.value(tests)
+    fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
+        self.value(sample.tests)
     }
 
-    fn miss(
-        &self,
-        _context: &TraceContext,
-        _ray: &Ray,
-        _background: Vec3,
-        tests: TestCounts,
-        _blocked: &[bool],
-    ) -> Shaded {
-        self.value(tests)
+    fn miss(&self, sample: &Sample<'_>, _background: Vec3) -> Shaded {
+        self.value(sample.tests)
     }
 }

@@ -215,12 +215,13 @@ mod tests {
 
     use super::super::lit::Lit;
     use super::super::settings::{Light, RenderSettings};
-    use super::super::shade::{AmbientOcclusion, Shade};
+    use super::super::shade::{AmbientOcclusion, Sample, Shade};
     use super::*;
     use crate::accel::Accel;
     use crate::camera::Camera;
     use crate::scene::{LoadOptions, SceneSource, load};
     use bvhscope_engine::settings::BuildSettings;
+    use bvhscope_engine::tree::traverse::TestCounts;
 
     fn request(light: Light) -> RenderRequest {
         let token = CancelToken::new();
@@ -237,8 +238,9 @@ mod tests {
         let ray = context.camera.ray(at.x, at.y);
         let (mut bounces, mut occlusion) = (Vec::new(), Vec::new());
         if let Some(hit) = closest(context, &ray) {
-            let mut point = shade.prepare(context, &ray, &hit, id, &mut bounces);
-            shade.occlusion_rays(context, &ray, &hit, &mut point, (&[], &[]), &mut occlusion);
+            let sample = Sample { context, ray: &ray, id, tests: TestCounts::default(), blocked: &[] };
+            let mut point = shade.prepare(&sample, &hit, &mut bounces);
+            shade.occlusion_rays(&sample, &hit, &mut point, (&[], &[]), &mut occlusion);
         }
         [bounces, occlusion]
     }

@@ -8,7 +8,7 @@ use super::edges;
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
-use super::shade::{Shade, Shaded};
+use super::shade::{Sample, Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
@@ -53,15 +53,6 @@ pub(super) struct Pass<'a, 's, S> {
 /// A pixel of the grid and its index in the tile.
 type Place = ([u32; 2], usize);
 
-/// A traced primary ray: the hit with what the shading mode prepared for it, the counted tests, and the fates of its occlusion
-/// rays.
-struct Traced<'r, P> {
-    ray: Ray,
-    hit: Option<(Hit, P)>,
-    tests: TestCounts,
-    blocked: &'r [bool],
-}
-
 impl<S: Shade> Pass<'_, '_, S> {
     /// Adds the sample to each pixel of a tile.
     pub(super) fn trace_tile(&self, tile: u32, pixels: &mut Vec<Pixel>) -> PassCounts {
@@ -83,6 +74,12 @@ impl<S: Shade> Pass<'_, '_, S> {
         self.context.camera.ray(point.x, point.y)
     }
 
+    /// The primary ray of a pixel before anything is traced for it.
+    fn sample_of<'r>(&'r self, ray: &'r Ray, [x, y]: [u32; 2]) -> Sample<'r> {
+        let id = SampleId { x, y, sample: self.sample };
+        Sample { context: self.context, ray, id, tests: TestCounts::default(), blocked: &[] }
+    }
+
     /// Traces primary rays alone, and counts the work of each.
     fn count(&self, tile: u32, within: Vec2, pixels: &mut [Pixel], counts: &mut PassCounts) {
         let (rays, places) = self.primary_rays(tile, within);
@@ -90,8 +87,8 @@ impl<S: Shade> Pass<'_, '_, S> {
         self.context.counted(&rays, (self.shade.counting(), self.request.settings.traversal), &mut found);
         for ((([x, y], index), ray), (hit, tests)) in places.into_iter().zip(rays).zip(found) {
             let hit = hit.map(|hit| (hit, S::Point::default()));
-            let traced = Traced { ray, hit, tests, blocked: &[] };
-            self.add(self.grid.point(x, y, within).y, traced, &mut pixels[index], counts);
+            let traced = Sample { tests, ..self.sample_of(&ray, [x, y]) };
+            self.add(self.grid.point(x, y, within).y, &traced, hit, &mut pixels[index], counts);
         }
     }
 
@@ -107,47 +104,54 @@ impl<S: Shade> Pass<'_, '_, S> {
 
     /// Traces all rays of a kind together, pixel after pixel: primary rays, bounces, then rays towards light.
     fn trace(&self, tile: u32, within: Vec2, pixels: &mut [Pixel], counts: &mut PassCounts) {
-        let (context, shade, sample) = (self.context, self.shade, self.sample);
+        let (context, shade) = (self.context, self.shade);
         let (rays, places) = self.primary_rays(tile, within);
         let mut hits = [None; TILE_AREA];
         context.closest_hits(&rays, &mut hits);
         let mut bounces = Vec::new();
         let mut points = Vec::with_capacity(rays.len());
-        for ((&([x, y], _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
-            let id = SampleId { x, y, sample };
+        for ((&(pixel, _), ray), hit) in places.iter().zip(&rays).zip(&hits) {
             let start = bounces.len();
-            let point = hit.map(|hit| (hit, shade.prepare(context, ray, &hit, id, &mut bounces)));
+            let point = hit.map(|hit| (hit, shade.prepare(&self.sample_of(ray, pixel), &hit, &mut bounces)));
             points.push((point, start..bounces.len()));
         }
         let mut bounce_hits = vec![None; bounces.len()];
         context.closest_hits(&bounces, &mut bounce_hits);
         let mut towards_light = Vec::with_capacity(rays.len() + bounces.len());
         let mut ends = ArrayVec::<_, TILE_AREA>::new();
-        for ((&([x, y], _), ray), (point, own)) in places.iter().zip(&rays).zip(&mut points) {
+        for ((&(pixel, _), ray), (point, own)) in places.iter().zip(&rays).zip(&mut points) {
+            let sample = self.sample_of(ray, pixel);
             match point {
                 Some((hit, point)) => {
                     let bounces = (&bounces[own.clone()], &bounce_hits[own.clone()]);
-                    shade.occlusion_rays(context, ray, hit, point, bounces, &mut towards_light);
+                    shade.occlusion_rays(&sample, hit, point, bounces, &mut towards_light);
                 }
-                None => shade.occlusion_rays_of_miss(context, ray, SampleId { x, y, sample }, &mut towards_light),
+                None => shade.occlusion_rays_of_miss(&sample, &mut towards_light),
             }
             ends.push(towards_light.len());
         }
         let mut blocked = vec![false; towards_light.len()];
         context.are_blocked(&towards_light, &mut blocked);
         let mut start = 0;
-        for (((([x, y], index), ray), (hit, _)), end) in places.into_iter().zip(rays).zip(points).zip(ends) {
-            let traced = Traced { ray, hit, tests: TestCounts::default(), blocked: &blocked[start..end] };
-            self.add(self.grid.point(x, y, within).y, traced, &mut pixels[index], counts);
+        for (((([x, y], index), ray), (hit, _)), end) in places.into_iter().zip(&rays).zip(points).zip(ends) {
+            let traced = Sample { blocked: &blocked[start..end], ..self.sample_of(ray, [x, y]) };
+            self.add(self.grid.point(x, y, within).y, &traced, hit, &mut pixels[index], counts);
             start = end;
         }
     }
 
-    /// Adds a sample, which lies at `y` from the upper edge, to its pixel.
-    fn add(&self, y: f32, traced: Traced<'_, S::Point>, pixel: &mut Pixel, counts: &mut PassCounts) {
-        let context = self.context;
-        let (shaded, tests) = (self.shade_sample(y, &traced), traced.tests);
-        let hit = traced.hit.map(|(hit, _)| hit);
+    /// Adds a sample, which lies at `y` from the upper edge, to its pixel. `hit` comes with what the shading mode prepared for it.
+    fn add(
+        &self,
+        y: f32,
+        traced: &Sample<'_>,
+        hit: Option<(Hit, S::Point)>,
+        pixel: &mut Pixel,
+        counts: &mut PassCounts,
+    ) {
+        let (context, tests) = (self.context, traced.tests);
+        let shaded = self.shade_sample(y, traced, hit.as_ref());
+        let hit = hit.map(|(hit, _)| hit);
         if !shaded.color.is_finite() {
             counts.nan_samples += 1;
         } else if shaded.is_radiance {
@@ -164,7 +168,7 @@ impl<S: Shade> Pass<'_, '_, S> {
         if self.sample == 0 {
             pixel.value = shaded.value;
             if let Some(hit) = hit {
-                pixel.depth = context.camera.view_depth(&traced.ray, hit.t);
+                pixel.depth = context.camera.view_depth(traced.ray, hit.t);
                 pixel.distance = hit.t - context.camera.ortho_offset();
                 pixel.primitive = hit.primitive_index;
             }
@@ -172,11 +176,11 @@ impl<S: Shade> Pass<'_, '_, S> {
     }
 
     /// The sample in its shading mode, with the section's cut and the edges of triangles.
-    fn shade_sample(&self, y: f32, Traced { ray, hit, tests, blocked }: &Traced<'_, S::Point>) -> Shaded {
-        let (context, settings) = (self.context, &self.request.settings);
+    fn shade_sample(&self, y: f32, traced: &Sample<'_>, hit: Option<&(Hit, S::Point)>) -> Shaded {
+        let (context, settings, ray) = (self.context, &self.request.settings, traced.ray);
         let mut shaded = match hit {
-            Some((hit, point)) => self.shade.hit(context, ray, hit, point, *tests, blocked),
-            None => self.shade.miss(context, ray, context.background(y), *tests, blocked),
+            Some((hit, point)) => self.shade.hit(traced, hit, point),
+            None => self.shade.miss(traced, context.background(y)),
         };
         let Some((hit, _)) = hit else { return shaded };
         let has_values = settings.shading.has_values();
