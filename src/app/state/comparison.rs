@@ -6,8 +6,8 @@ use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S};
 use crate::catalog::numbers::{NUMBERS, Number, millions_per_second};
 use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::lab::Reading;
-pub use crate::lab::Verdict;
-use crate::lab::verdict::{Factor, Order, judge};
+pub use crate::lab::verdict::{Factor, Verdict};
+use crate::lab::verdict::{Order, judge};
 use crate::render::{ColorMap, Frame, RenderSettings};
 use bvhscope_engine::tree::ContainerKind;
 

@@ -3,9 +3,8 @@
 use egui::{Color32, Painter, Pos2, Shape, Stroke, vec2};
 
 use crate::app::format;
-use crate::app::state::comparison::{Comparison, Verdict};
+use crate::app::state::comparison::{Comparison, Factor, Verdict};
 use crate::app::theme::Palette;
-use crate::lab::verdict::Factor;
 
 /// Colour of a difference.
 pub(crate) const fn verdict_color(verdict: Verdict, palette: &Palette) -> Color32 {

@@ -1,6 +1,6 @@
 //! Samples that are no pairs: the rank-sum test over the ratios of each sample of one to each of the other.
 
-use super::{CONFIDENCE, DRIFT, Factor, Order};
+use super::factor::{CONFIDENCE, DRIFT, Factor, Order};
 use crate::catalog::reading::quantile;
 
 /// The factor of two lists of at least two samples.

@@ -3,18 +3,6 @@
 use std::cmp::Ordering;
 
 use super::{Factor, Order};
-use crate::camera::Camera;
-use crate::catalog::numbers::rows::WIDE_TRACE_MS;
-use crate::catalog::reading::quantile;
-use crate::lab::measurement::Measurement;
-use crate::lab::population::Populations;
-use crate::lab::sample::teapot;
-use crate::lab::{Setup, Subject, TraceView, measure};
-use crate::scene::LoadOptions;
-use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::traverse::Traversal;
 
 /// Comparisons of each kind.
 const RUNS: u32 = 100;
@@ -114,45 +102,4 @@ fn three_rounds_call_nothing_and_nine_a_factor() {
         let [slower, faster] = words(name, noise, 9, 2.6);
         assert!(slower >= 95 && faster == 0, "{name}: {slower} slower, {faster} faster");
     }
-}
-
-/// How a real tree is called against itself, built again, and against one that takes about 3 % longer: a measurement of this machine, of
-/// some minutes. `BVHSCOPE_THRESHOLD` is that of the other tree, `BVHSCOPE_ROUNDS` the number of rounds.
-#[test]
-#[ignore = "measures the machine for minutes"]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-fn real_trees_are_called_what_they_are() {
-    let number = |name: &str, default: usize| std::env::var(name).map_or(default, |text| text.parse().unwrap());
-    let (threshold, rounds) = (number("BVHSCOPE_THRESHOLD", 30), number("BVHSCOPE_ROUNDS", 51));
-    let base = BuildSettings::default();
-    let words = [base, BuildSettings { threshold: threshold as u32, ..base }].map(|other| {
-        let factors: Vec<Factor> = (0..RUNS).map(|_| real_factor([base, other], rounds)).collect();
-        let mut medians: Vec<f64> = factors.iter().map(|factor| factor.median).collect();
-        medians.sort_by(f64::total_cmp);
-        let count = |word| factors.iter().filter(|factor| factor.decided() == Some(word)).count();
-        let words = [count(Ordering::Less), count(Ordering::Greater)];
-        println!("{words:?} of {RUNS} called faster and slower; median factor {:.4}", quantile(&medians, 0.5));
-        words
-    });
-    let [[faster, slower], [wrong, right]] = words;
-    assert!(faster + slower <= 5 && wrong <= 5 && right >= 90, "{words:?}");
-}
-
-/// The factor of the times of tracing two trees, each built and traced in turn.
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-fn real_factor(trees: [BuildSettings; 2], rounds: usize) -> Factor {
-    let scene = teapot();
-    let view = TraceView {
-        camera: Camera::framing(&scene.bounds, scene.up),
-        size: [160; 2],
-        traversal: Traversal::Ordered,
-        simd: SimdLevel::best(),
-        repeat: rounds,
-        populations: Populations::NONE,
-    };
-    let subject = Subject { model: "teapot".to_owned(), scene, trees: Vec::new(), load: LoadOptions::default() };
-    let setups = trees.map(|build| Setup { build, preset: None, threads: 1 });
-    let mut rows: Vec<Measurement> = Vec::new();
-    measure("bench", &subject, &setups, &view, &CancelToken::new(), &mut |row| rows.push(row)).unwrap();
-    Factor::of(rows[0].rounds_of(WIDE_TRACE_MS), rows[1].rounds_of(WIDE_TRACE_MS), Order::InTurn).unwrap()
 }

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::{Factor, Order};
+use super::factor::{Factor, Order};
 use crate::catalog::numbers::{Compared, Direction};
 
 /// Relative change of a count or cost below which it counts as none.

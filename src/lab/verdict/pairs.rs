@@ -1,6 +1,6 @@
 //! Samples that were taken in turn: the sign test over the ratios of each pair.
 
-use super::{CONFIDENCE, Factor, median_interval};
+use super::factor::{CONFIDENCE, Factor};
 use crate::catalog::reading::quantile;
 
 /// The factor of pairs, of which there are enough.
@@ -26,6 +26,11 @@ pub(super) fn left_out(count: usize) -> Option<usize> {
         log += ((count - heads) as f64 / (heads + 1) as f64).ln();
     }
     None
+}
+
+/// The interval between two of `sorted` values that contains their median; `None` of fewer than [`LEAST_PAIRS`](super::LEAST_PAIRS).
+pub fn median_interval(sorted: &[f64]) -> Option<[f64; 2]> {
+    left_out(sorted.len()).map(|out| [sorted[out], sorted[sorted.len() - 1 - out]])
 }
 
 #[cfg(test)]
