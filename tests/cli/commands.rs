@@ -172,10 +172,14 @@ fn unusable_files_fail_with_code_one_and_leave_nothing() {
 
 #[test]
 fn one_bad_model_does_not_keep_the_others_from_being_measured() {
-    let (code, out, error) = run(&["bench", "no-such.obj", SMALL[0], SMALL[1], SMALL[2], "--json", "--repeat", "1"]);
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.obj");
+    std::fs::write(&bad, "v 0 0\nf 1 2 3\n").unwrap();
+    let bad = bad.to_str().unwrap();
+    let (code, out, error) = run(&["bench", bad, SMALL[0], SMALL[1], SMALL[2], "--json", "--repeat", "1"]);
     assert_eq!(code, 1);
     assert_eq!(out.lines().count(), 2);
-    assert!(error.contains("no-such.obj") && error.contains("1 of 2 models"), "{error}");
+    assert!(error.contains("bad.obj") && error.contains("1 of 2 models"), "{error}");
 }
 
 #[test]

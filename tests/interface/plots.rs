@@ -114,7 +114,7 @@ fn a_view_without_shadow_rays_says_why() {
     harness.get_by_label("Measure this view").click();
     state(&mut harness).model.derived.population = Population::Shadow;
     settle(&mut harness);
-    assert!(harness.query_by_label_contains("The headlight stands at the eye").is_some());
+    assert!(harness.query_by_label_contains("The headlight is at the eye").is_some());
 }
 
 #[test]

@@ -66,6 +66,7 @@ fn pairs_table(
         table.columns.extend(kinds[1..].iter().map(|kind| ("ratio".to_owned(), format!("box:{:.3}", kind.name()))));
     }
     let others = kinds.len() - 1;
+    let is_measured = ContainerKind::OF_PAPER.map(|kind| rows.iter().any(|row| row.container == kind));
     let mut ratios: Vec<Vec<f64>> = vec![Vec::new(); values.len() * others];
     let mut any_paper = false;
     let models = models(rows);
@@ -79,7 +80,7 @@ fn pairs_table(
         table.rows.extend(of_model().filter_map(|row| file_line(row, values, &kinds)));
         if let Some(paper) = scene_of(model) {
             any_paper = true;
-            table.rows.push(papers_line(paper.name, &papers(paper), others));
+            table.rows.push(papers_line(paper.name, &papers(paper), is_measured, others));
         }
     }
     let mean = |label: &str, means: &mut dyn Iterator<Item = Option<f64>>| {
@@ -119,17 +120,18 @@ fn scene_line(name: String, built: &[Option<&Measurement>], values: &[Column], r
     line
 }
 
-/// The paper's numbers of a scene, which are of boxes and of spheres, with `others` ratios for each value.
-fn papers_line(name: &str, pairs: &[Option<[f64; 2]>], others: usize) -> Vec<String> {
+/// The paper's numbers of a scene for boxes and spheres, as far as each `is_measured` here too, with `others` ratios for each value.
+fn papers_line(name: &str, pairs: &[Option<[f64; 2]>], is_measured: [bool; 2], others: usize) -> Vec<String> {
     let mut line = vec![format!("  the paper's {name}"), String::new()];
+    let shown = |text: String, is_shown: bool| if is_shown { text } else { String::new() };
     for pair in pairs {
         let [a, b, ratio] = match pair {
             Some([a, b]) => [format!("{a}"), format!("{b}"), format!("{:.2}", a / b)],
             None => [const { String::new() }; 3],
         };
-        line.extend([a, b]);
+        line.extend([shown(a, is_measured[0]), shown(b, is_measured[1])]);
         line.extend(std::iter::repeat_n(String::new(), others - 1));
-        line.push(ratio);
+        line.push(shown(ratio, is_measured == [true; 2]));
         line.extend(std::iter::repeat_n(String::new(), others - 1));
     }
     line
