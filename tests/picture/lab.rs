@@ -251,7 +251,7 @@ fn a_cancelled_group_reports_finished_repetitions() {
     assert!(matches!(outcome, Err(LabError::Cancelled(_))));
     let [one, two] = &rows[..] else { panic!("{} rows", rows.len()) };
     assert!(
-        one.repeat >= 1 && one.repeat < 100_000 && one.repeat - two.repeat <= 1,
+        one.repeat >= 1 && one.repeat < 100_000 && one.repeat.abs_diff(two.repeat) <= 1,
         "{} and {}",
         one.repeat,
         two.repeat
@@ -293,9 +293,9 @@ fn rows_are_of_complete_repetitions() {
             repeats.push(row.repeat);
         }
     }
-    // Cancelled in the second repetition; in the first there is no row.
+    // Cancelled in the second repetition; in the first, which measures more, there is no row.
     assert!(
-        repeats.len() as u64 > polls / 4 && repeats.iter().all(|&repeat| repeat == 1),
+        repeats.len() > 16 && repeats.iter().all(|&repeat| repeat == 1),
         "{repeats:?} of {polls} polls"
     );
 }
