@@ -14,6 +14,7 @@ use bvhscope::lab::population::Populations;
 use bvhscope::lab::verdict::{Factor, Order};
 use bvhscope::lab::{Measurement, Setup, Subject, TraceView, measure};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope::view::Place;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::BuildSettings;
@@ -51,6 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn factor(subject: &Subject, trees: [BuildSettings; 2], rounds: usize) -> Option<Factor> {
     let view = TraceView {
         camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+        place: Place::Given,
         size: [160; 2],
         traversal: Traversal::Ordered,
         simd: SimdLevel::best(),

@@ -59,8 +59,8 @@ impl Camera {
         Self { eye: self.eye + shift, target: self.target + shift, ..self }
     }
 
-    /// The default camera of a model, in the window and on the command line: perspective with a field of view of 45°, looking
-    /// at the centre of `bounds` from the direction (0.5, 0.35, 1) of a y-up world (rotated accordingly for another `up`), at
+    /// The default camera of a model that is seen from outside: perspective with a field of view of 45°, looking at the centre of
+    /// `bounds` from the direction (0.5, 0.35, 1) of a y-up world (rotated accordingly for another `up`), at
     /// the distance at which the box fills 90 % of a square picture ([`Camera::frame`]).
     ///
     /// ```

@@ -1,5 +1,7 @@
 //! Named views of a model, and cameras specified in part. Shared by the command line and the window.
 
+use std::fmt;
+
 use glam::{DVec3, Mat3, Vec3};
 
 use crate::camera::{Camera, Projection};
@@ -50,19 +52,32 @@ impl NamedView {
         }
     }
 
+    /// Where its camera stands in `scene`.
+    pub fn place(self, scene: &Scene) -> Place {
+        match (self, scene.interior) {
+            (Self::Default, _) if scene.starts_at_camera && !scene.cameras.is_empty() => Place::OfFile(0),
+            (Self::Default, Some(interior)) => Place::Inside(interior),
+            (Self::Default, None) => Place::Outside(Self::Outside),
+            _ => Place::Outside(self),
+        }
+    }
+
     /// The camera of this view of `scene`, whose up direction the user may have changed to `up`.
     pub fn camera(self, scene: &Scene, up: Vec3) -> Camera {
         let bounds = &scene.subject;
+        let view = match self.place(scene) {
+            Place::OfFile(index) => return of_file(&scene.cameras[index]),
+            Place::Inside(Interior { eye, target }) => {
+                return Camera { eye, target, fov_y: INSIDE_FOV_Y, ..Camera::framing(bounds, up) };
+            }
+            Place::Outside(view) => view,
+            Place::Given => self,
+        };
         let mut camera = Camera::framing(bounds, up);
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
-        let [x, y, z] = match self {
-            Self::Default if scene.starts_at_camera && !scene.cameras.is_empty() => return of_file(&scene.cameras[0]),
-            Self::Default => match scene.interior {
-                Some(Interior { eye, target }) => return Camera { eye, target, fov_y: INSIDE_FOV_Y, ..camera },
-                None => return camera,
-            },
-            Self::Outside => return camera,
+        let [x, y, z] = match view {
+            Self::Default | Self::Outside => return camera,
             Self::Front => [0.0, 0.0, 1.0],
             Self::Back => [0.0, 0.0, -1.0],
             Self::Left => [-1.0, 0.0, 0.0],
@@ -78,6 +93,31 @@ impl NamedView {
         camera.eye = camera.target + toward_eye;
         camera.frame(bounds);
         camera
+    }
+}
+
+/// Where a camera stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// Inside a model that encloses its centre.
+    Inside(Interior),
+    /// Outside of the model, which fills the picture.
+    Outside(NamedView),
+    /// At a camera of the file, counted from 0.
+    OfFile(usize),
+    /// Where the user has put it.
+    Given,
+}
+
+/// The name in rows and tables.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Inside(_) => f.write_str("inside"),
+            Self::Outside(view) => f.write_str(view.name()),
+            Self::OfFile(index) => write!(f, "file {index}"),
+            Self::Given => f.write_str("given"),
+        }
     }
 }
 
@@ -122,6 +162,15 @@ impl CameraChoice {
         Self { eye, target, ..Self::of_scene(camera) }
     }
 
+    /// Where the camera stands in `scene`.
+    pub fn place(&self, scene: &Scene) -> Place {
+        match self.of_file {
+            _ if self.of_scene.is_some() || self.eye.is_some() || self.target.is_some() => Place::Given,
+            Some(index) => Place::OfFile(index),
+            None => self.view.place(scene),
+        }
+    }
+
     /// The camera for a scene.
     pub fn camera(&self, scene: &Scene) -> Camera {
         let of_file = self.of_file.and_then(|index| scene.cameras.get(index)).map(of_file);
@@ -129,8 +178,7 @@ impl CameraChoice {
         let mut camera = own.unwrap_or_else(|| self.view.camera(scene, scene.up));
         if let Some(fov_y) = self.fov_y {
             camera.fov_y = fov_y;
-            let is_inside = self.view == NamedView::Default && (scene.interior.is_some() || scene.starts_at_camera);
-            if own.is_none() && !is_inside {
+            if own.is_none() && matches!(self.view.place(scene), Place::Outside(_)) {
                 camera.frame(&scene.subject);
             }
         }

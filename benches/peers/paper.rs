@@ -45,6 +45,7 @@ pub fn rows(folder: &Path, repeat: usize) -> anyhow::Result<Vec<Value>> {
         for (traversal, repeat) in [(Traversal::Ordered, repeat), (Traversal::Paper, 1)] {
             let view = TraceView {
                 camera,
+                place: NamedView::Outside.place(&scene),
                 size: SIZE,
                 traversal,
                 simd: SimdLevel::of_builds(),

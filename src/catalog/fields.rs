@@ -32,7 +32,7 @@ pub const MOTION: [Field; 4] = [
 pub const THREADS: Field = ("threads", "Number of threads for building and tracing");
 
 /// The conditions of the row; in CSV behind the numbers.
-pub const CONDITIONS: [Field; 19] = [
+pub const CONDITIONS: [Field; 20] = [
     ("predicted_scaling", "Of `scaling --predict`: the speed-up predicted for more cores, in the row of one thread"),
     ("traversal", "How rays visit nodes of the binary tree: ordered or paper"),
     ("width_px", "Width of the traced picture in pixels"),
@@ -54,6 +54,11 @@ pub const CONDITIONS: [Field; 19] = [
          the sign test, of fewer than 8 rounds by the rank-sum test and beyond a factor of 1.1 alone. Against rebuild also break_even_rays, \
          the median over the frames of (ready_ms of rebuild − ready_ms) / (ray_ns − ray_ns of rebuild), its break_even_interval (null for \
          infinity), and pays_from, the frame from which on rebuilding takes less time in each to the end, absent where that is none or fewer than 8 frames are left",
+    ),
+    (
+        "camera",
+        "Where the camera stands: inside a model that encloses its centre, outside, front, back, left, right, top or bottom, at a camera of \
+         the file (file 0), or given by a point",
     ),
     ("eye", "Position of the camera, as x, y and z; the camera is absent where no ray starts from it"),
     ("target", "The point at the centre of the picture"),
@@ -85,7 +90,7 @@ const OWN: [(&str, &[Field]); 6] = [
         &[
             (
                 "population",
-                "The rays: there is a line for each `model`, `container` and kind of rays of which three trees or more were measured",
+                "The rays: there is a line for each `model`, `camera`, `container` and kind of rays of which three trees or more were measured",
             ),
             ("trees", "Number of trees"),
             (

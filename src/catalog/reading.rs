@@ -151,6 +151,8 @@ pub struct TraceReading {
     pub rays: u64,
     /// Number of rays that hit something.
     pub hits: u64,
+    /// Number of rays that enter the scene's box, where it was counted.
+    pub entering: Option<u64>,
     /// Container and primitive tests per ray, where they were counted.
     pub tests: Option<[f32; 2]>,
     /// Time through the binary tree, one ray after another.

@@ -117,7 +117,7 @@ pub const SAH_COST: Term = Term {
 /// Tests per ray.
 pub const TESTS_PER_RAY: Term = Term {
     name: "Tests per ray",
-    text: "How many containers and triangles a ray is tested against that enters the box around the scene. Always counted at 1024×1024 pixels from the camera that frames the model, so that numbers of different windows, trees and containers compare.",
+    text: "How many containers and triangles a ray is tested against that enters the box around the scene. Always counted at 1024×1024 pixels from the model's default camera, so that numbers of different windows, trees and containers compare.",
     source: "",
 };
 /// Mray/s.

@@ -128,7 +128,7 @@ mod tests {
                     let job = resolve::diff(args);
                     let trees = [wanted.build, b].map(DiffTree::Built);
                     assert_eq!((job.trees, job.trace.size), (trees, [640, 360]), "{line}");
-                    assert_eq!(job.trace.camera.eye, Some(crate::scene::to_file(wanted.camera.eye, wanted.offset)));
+                    assert_eq!(job.camera.eye, Some(crate::scene::to_file(wanted.camera.eye, wanted.offset)));
                 }
                 (CompareView::A, Some(CommandArgs::Render(args))) => {
                     assert_eq!(args.build.settings.0.settings(), wanted.build);

@@ -27,6 +27,7 @@ use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
 use crate::text::count;
+use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Passes};
 
@@ -53,6 +54,8 @@ pub struct DiffCommand {
     pub trees: [DiffTree; 2],
     /// Number of threads for building and tracing.
     pub threads: usize,
+    /// The camera.
+    pub camera: CameraChoice,
     /// How the rays are traced.
     pub trace: TraceChoice,
     /// The PNG of the difference to write.
@@ -103,7 +106,7 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.output {
         check_target(path, &read)?;
     }
-    let view = command.trace.view(&scene, Populations::NONE)?;
+    let view = command.trace.view(&command.camera, &scene, Populations::NONE)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
     let warned = has_faults || !scene.warnings.is_empty();
     let load = context.load.clone();

@@ -15,12 +15,12 @@ use crate::camera::Camera;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::reading::TreeReading;
 use crate::catalog::settings::{OPTIMIZE, Setting, Value};
-use crate::console::{printable_json, printable_lines};
+use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
-use crate::lab::Conditions;
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
-use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays};
+use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays, few_entering};
 use crate::lab::report_table::number;
+use crate::lab::{Conditions, ViewConditions};
 use crate::render::RenderSettings;
 use crate::scene::{Clip, Scene, SceneSource};
 use crate::text::{count, counted, quoted};
@@ -133,6 +133,12 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     let found = in_pool(|| Found::of(command, &scene, &camera, &context.token))?;
     drop(progress);
     let has_faults = note_faults(&found.accel);
+    for VisitNumbers { sums, .. } in &found.populations {
+        let entering = sums.entering_rays.unwrap_or(sums.rays).into();
+        if let Some(few) = few_entering(sums.population.name(), entering, sums.rays.into()) {
+            note(format_args!("bvhscope: {few}"));
+        }
+    }
     let accel = Arc::clone(&found.accel);
     let info = found.info(command, &scene, &camera);
     if command.json {
@@ -211,7 +217,7 @@ impl Found {
             height_px: has_rays.then_some(VIEW_PX[1]),
             repeat: 1,
             conditions: Conditions::of_process(
-                has_rays.then_some((camera, scene.offset)),
+                has_rays.then(|| ViewConditions::new(command.camera.place(scene), camera, scene.offset)),
                 RenderSettings::default().simd,
             ),
             populations,

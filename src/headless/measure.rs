@@ -16,7 +16,7 @@ use crate::lab::motion::AnimatePlan;
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
 use crate::lab::prediction::Correlation;
-use crate::lab::report_table::{TableFormat, summary, tables};
+use crate::lab::report_table::{TableFormat, few_entering, summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Moment, Scene, SceneSource};
@@ -59,8 +59,6 @@ impl Output {
 /// How rays are traced to be measured, in any model.
 #[derive(Debug, Clone)]
 pub struct TraceChoice {
-    /// Camera for each model.
-    pub camera: CameraChoice,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Traversal order.
@@ -72,11 +70,16 @@ pub struct TraceChoice {
 }
 
 impl TraceChoice {
-    /// The same for `scene`, with the rays of which `populations` are measured too.
-    pub(super) fn view(&self, scene: &Scene, populations: Populations) -> Result<TraceView, Failure> {
-        let Self { size, traversal, simd, repeat, .. } = *self;
-        let camera = camera_of(&self.camera, scene)?;
-        Ok(TraceView { camera, size, traversal, simd, repeat, populations })
+    /// The same for `scene` from a camera, with the rays of which `populations` are measured too.
+    pub(super) fn view(
+        &self,
+        camera: &CameraChoice,
+        scene: &Scene,
+        populations: Populations,
+    ) -> Result<TraceView, Failure> {
+        let Self { size, traversal, simd, repeat } = *self;
+        let (place, camera) = (camera.place(scene), camera_of(camera, scene)?);
+        Ok(TraceView { camera, place, size, traversal, simd, repeat, populations })
     }
 }
 
@@ -89,6 +92,8 @@ pub struct MeasureCommand {
     pub job: Job,
     /// Files with trees of the model to measure beside those that are built.
     pub trees: Vec<PathBuf>,
+    /// The cameras from which each model is measured.
+    pub cameras: Vec<CameraChoice>,
     /// How the rays are traced.
     pub trace: TraceChoice,
     /// Rays whose cost is measured too.
@@ -243,13 +248,14 @@ impl Run<'_> {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         self.read.add_read(&scene.files_read);
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
-        let view = command.trace.view(&scene, command.populations).map_err(ModelFailure::Of)?;
+        let views = views(command, &scene).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
         let subject = Subject { model: source.to_string(), scene, trees, load: context.load.clone() };
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv_file().is_some() || command.output.plot.is_some();
         let Self { rows, output_failure, finished, .. } = self;
+        let first = rows.len();
         // Frames of a clip have warnings of their own.
         let known = subject.scene.warnings.entries.iter().map(ToString::to_string).collect::<Vec<_>>();
         let mut noted = (None, Vec::new());
@@ -275,11 +281,17 @@ impl Run<'_> {
             }
             rows.push(measured);
         };
-        let outcome = command.job.run(&subject, (index, command.sources.len()), &view, &token, &mut row);
+        let measured = views.iter().enumerate().try_for_each(|(turn, view)| {
+            let token = token.part(turn, views.len());
+            command.job.run(&subject, (index, command.sources.len()), view, &token, &mut row)
+        });
+        for text in few_entering(&rows[first..]) {
+            note(format_args!("bvhscope: {text}"));
+        }
         if output_failure.is_some() && !has_files {
             return Err(ModelFailure::NoOutput);
         }
-        Ok(outcome.map_err(|error| of_job(error, source))?)
+        Ok(measured.map_err(|error| of_job(error, source))?)
     }
 }
 
@@ -307,6 +319,18 @@ impl Run<'_> {
         }
         Ok(trees)
     }
+}
+
+/// The view of each camera of a command; one where two names stand for the same place.
+fn views(command: &MeasureCommand, scene: &Scene) -> Result<Vec<TraceView>, Failure> {
+    let mut views: Vec<TraceView> = Vec::new();
+    for camera in &command.cameras {
+        let view = command.trace.view(camera, scene, command.populations)?;
+        if !views.contains(&view) {
+            views.push(view);
+        }
+    }
+    Ok(views)
 }
 
 /// Prints the warnings of a model at a moment to stderr.

@@ -12,8 +12,8 @@ use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::console::{printable_json, printable_lines};
-use crate::lab::Conditions;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
+use crate::lab::{Conditions, ViewConditions};
 use crate::render::{RayKind, RayStart, RenderSettings};
 use crate::scene::{SceneSource, from_file, to_file};
 use crate::section::SectionChoice;
@@ -216,7 +216,10 @@ impl RaySummary {
             pixel,
             width_px: pixel.map(|_| command.size[0]),
             height_px: pixel.map(|_| command.size[1]),
-            conditions: Conditions::of_process(pixel.map(|_| (camera, accel.scene.offset)), command.settings.simd),
+            conditions: Conditions::of_process(
+                pixel.map(|_| ViewConditions::new(command.camera.place(&accel.scene), camera, accel.scene.offset)),
+                command.settings.simd,
+            ),
             origin: accel.scene.in_file(record.ray.origin).to_array(),
             direction: record.ray.direction.to_array(),
             t_min: record.ray.t_min,

@@ -22,7 +22,7 @@ use crate::budget::Budget;
 use crate::catalog::reading::TreeReading;
 use crate::console::printable_json;
 use crate::export::{Protected, check_target, wrong_ending};
-use crate::lab::Conditions;
+use crate::lab::{Conditions, ViewConditions};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::{Moment, Scene, SceneSource};
@@ -366,7 +366,10 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
         width_px: frame.width_px,
         height_px: frame.height_px,
         repeat: 1,
-        conditions: Conditions::of_process(Some((&frame.camera, accel.scene.offset)), frame.settings.simd),
+        conditions: Conditions::of_process(
+            Some(ViewConditions::new(command.camera.place(&accel.scene), &frame.camera, accel.scene.offset)),
+            frame.settings.simd,
+        ),
         samples: frame.samples,
         moment,
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),

@@ -12,6 +12,7 @@ use crate::camera::Camera;
 use crate::catalog::reading::Times;
 use crate::render::{RenderRequest, RenderSettings, count_tests, trace_primary_wide};
 use crate::scene::Scene;
+use crate::view::NamedView;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::stage_times::StageTimes;
@@ -25,9 +26,9 @@ const MOST: Duration = Duration::from_secs(6);
 /// A build that takes longer is not repeated.
 const LONGEST_BUILD: Duration = Duration::from_secs(2);
 
-/// The camera of the measuring view, that of `bench` by default: it frames the model.
+/// The camera of the measuring view, the default one, as `bench` has it.
 pub fn measuring_camera(scene: &Scene) -> Camera {
-    Camera::framing(&scene.subject, scene.up)
+    NamedView::Default.camera(scene, scene.up)
 }
 
 /// Takes the readings of `trees` of one scene, one or two, in the calling thread's rayon pool: the tests of the measuring view, and in turn,

@@ -11,6 +11,7 @@ use crate::catalog::settings::written;
 use crate::provenance::{self, VERSION, commit, date, machine};
 use crate::scene::to_file;
 use crate::text::quote;
+use crate::view::Place;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -39,6 +40,9 @@ pub struct Conditions {
 /// The camera of a row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ViewConditions {
+    /// Where it stands, see [`Place`]. Earlier versions did not state it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub camera: String,
     /// Position of the observer, as in the file.
     pub eye: [f64; 3],
     /// The point at the centre of the picture, as in the file.
@@ -53,13 +57,13 @@ impl Conditions {
     /// The conditions of measuring a tree of `subject` with rays of `view` on `threads` threads.
     pub fn new(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> Self {
         let command_line = command_line(subject, contender, view, threads);
-        Self { command_line, ..Self::of_process(Some((&view.camera, subject.scene.offset)), view.simd) }
+        Self { command_line, ..Self::of_process(Some(ViewConditions::of(view, subject)), view.simd) }
     }
 
-    /// The conditions of a row that the command line of this process makes, with rays of a camera in a scene of this offset.
-    pub fn of_process(camera: Option<(&Camera, DVec3)>, simd: SimdLevel) -> Self {
+    /// The conditions of a row that the command line of this process makes, with rays of a camera.
+    pub fn of_process(view: Option<ViewConditions>, simd: SimdLevel) -> Self {
         Self {
-            view: camera.map(|(camera, offset)| ViewConditions::new(camera, offset)),
+            view,
             simd: simd.name().to_owned(),
             version: VERSION.to_owned(),
             commit: commit().map(str::to_owned),
@@ -71,9 +75,15 @@ impl Conditions {
 }
 
 impl ViewConditions {
-    fn new(camera: &Camera, offset: DVec3) -> Self {
+    /// Those of the camera of `view`.
+    pub fn of(view: &TraceView, subject: &Subject) -> Self {
+        Self::new(view.place, &view.camera, subject.scene.offset)
+    }
+
+    /// Those of a camera that stands at `place` in a scene of this offset.
+    pub fn new(place: Place, camera: &Camera, offset: DVec3) -> Self {
         let [eye, target] = [camera.eye, camera.target].map(|point| to_file(point, offset).to_array());
-        Self { eye, target, up: camera.up.to_array(), fov: degrees(camera) }
+        Self { camera: place.to_string(), eye, target, up: camera.up.to_array(), fov: degrees(camera) }
     }
 }
 

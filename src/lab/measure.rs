@@ -191,6 +191,7 @@ mod tests {
     use crate::camera::Camera;
     use crate::lab::population::Populations;
     use crate::scene::{LoadOptions, SceneSource, load};
+    use crate::view::Place;
     use bvhscope_engine::kernel::SimdLevel;
     use bvhscope_engine::settings::{BuildSettings, Preset};
     use bvhscope_engine::tree::ContainerKind;
@@ -220,6 +221,7 @@ mod tests {
         let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
         let view = TraceView {
             camera: Camera::framing(&scene.bounds, scene.up),
+            place: Place::Given,
             size: [8, 8],
             traversal: Traversal::Ordered,
             simd: SimdLevel::default(),

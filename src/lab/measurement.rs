@@ -101,7 +101,33 @@ impl FrameOfClip {
     }
 }
 
+/// A model, and where the camera stands whose rays were traced: rows of two cameras are of different rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelView<'a> {
+    /// The model as the user named it.
+    pub model: &'a str,
+    /// Name of the place of the camera; empty in rows of earlier versions.
+    pub camera: &'a str,
+}
+
+/// The distinct models with their cameras, in order of first appearance.
+pub fn model_views(rows: &[Measurement]) -> Vec<ModelView<'_>> {
+    let mut views = Vec::new();
+    for row in rows {
+        if !views.contains(&row.view()) {
+            views.push(row.view());
+        }
+    }
+    views
+}
+
 impl Measurement {
+    /// The model, and where its camera stands.
+    pub fn view(&self) -> ModelView<'_> {
+        let view = self.conditions.as_ref().and_then(|conditions| conditions.view.as_ref());
+        ModelView { model: &self.model, camera: view.map_or("", |view| &view.camera) }
+    }
+
     /// A number of the catalogue; NaN where it is not known.
     pub fn number(&self, number: &Number) -> f64 {
         self.values.number(number)

@@ -18,6 +18,7 @@ use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
 use crate::scene::Scene;
+use crate::text::count;
 
 /// Maximum rays per row and column of a view; more slow the measurement and hardly change it.
 const MOST_RAYS: u32 = 256;
@@ -84,6 +85,11 @@ impl Population {
             Self::Bounce => Some(RayKind::Bounce),
             Self::Random => None,
         }
+    }
+
+    /// Whether the rays are the same in all trees of a scene: random lines go through the root of each.
+    pub const fn is_same_in_all_trees(self) -> bool {
+        !matches!(self, Self::Random)
     }
 
     /// Why a view has no such rays.
@@ -286,6 +292,22 @@ pub struct MeasuredRays {
     /// state it, or averaged over the rays that enter the root.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tests_per_entering_ray: Option<f64>,
+}
+
+/// Share of rays that enter the scene's box below which they say little about its trees.
+const FEW: f64 = 0.1;
+
+/// "618 of 25,315 ao rays (2.4 %) enter the model's box: …" where that are few; `None` where enough do.
+pub fn few_entering(kind: &str, entering: u64, rays: u64) -> Option<String> {
+    let share = entering as f64 / rays as f64;
+    (share < FEW).then(|| {
+        format!(
+            "{} of {} {kind} rays ({:.1} %) enter the model's box, too few to judge trees by: choose another camera",
+            count(entering),
+            count(rays),
+            share * 100.0
+        )
+    })
 }
 
 /// Number of tests: of the root by each ray, unless it is a leaf, of all children of each interior node that is visited, and of all

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::measurement::Measurement;
+use super::measurement::{Measurement, ModelView, model_views};
 use super::population::Population;
 use crate::catalog::numbers::rows::{EPO, SAH_COST};
 use bvhscope_engine::tree::ContainerKind;
@@ -63,6 +63,9 @@ impl Prediction {
 pub struct Correlation {
     /// Model name.
     pub model: String,
+    /// Name of the place of the camera.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub camera: String,
     /// Kind of the containers of all trees.
     pub container: ContainerKind,
     /// The rays.
@@ -80,17 +83,16 @@ pub struct Correlation {
 }
 
 impl Correlation {
+    /// Its model, and where its camera stands.
+    pub fn view(&self) -> ModelView<'_> {
+        ModelView { model: &self.model, camera: &self.camera }
+    }
+
     /// Those of each model, kind of container and kind of rays that `rows` have enough trees of.
     pub fn all(rows: &[Measurement]) -> Vec<Self> {
-        let mut models: Vec<&str> = Vec::new();
-        for row in rows.iter().filter(|row| !row.populations.is_empty()) {
-            if !models.contains(&row.model.as_str()) {
-                models.push(&row.model);
-            }
-        }
         let mut all = Vec::new();
-        for model in models {
-            let of_model: Vec<Measurement> = rows.iter().filter(|row| row.model == model).cloned().collect();
+        for view in model_views(rows) {
+            let of_model: Vec<Measurement> = rows.iter().filter(|row| row.view() == view).cloned().collect();
             for container in ContainerKind::WITH_ORIENTED {
                 all.extend(Population::ALL.into_iter().filter_map(|rays| Self::of(&of_model, container, rays)));
             }
@@ -102,8 +104,9 @@ impl Correlation {
     fn of(rows: &[Measurement], container: ContainerKind, population: Population) -> Option<Self> {
         let trees: Vec<_> = predicted_trees(rows, container, population).into_iter().map(|(_, tree)| tree).collect();
         let Prediction { sah: sah_cost_r, epo: epo_r, both } = Prediction::of(&trees);
-        let ((alpha, alpha_r), model) = (both?, rows.first()?.model.clone());
-        Some(Self { model, container, population, trees: trees.len(), sah_cost_r, epo_r, alpha, alpha_r })
+        let ((alpha, alpha_r), ModelView { model, camera }) = (both?, rows.first()?.view());
+        let [model, camera] = [model, camera].map(str::to_owned);
+        Some(Self { model, camera, container, population, trees: trees.len(), sah_cost_r, epo_r, alpha, alpha_r })
     }
 }
 

@@ -50,6 +50,7 @@ pub(super) fn sample() -> Measurement {
         predicted_scaling: Some(prediction()),
         conditions: Some(Conditions {
             view: Some(ViewConditions {
+                camera: "front".to_owned(),
                 eye: [1.25, 2.25, 3.25],
                 target: [4.25, 5.25, 6.25],
                 up: [0.0, 0.0, 1.0],
@@ -136,6 +137,7 @@ fn values() -> Values {
         "wide_trace_ms": 4.5,
         "mrays_per_s": 2.3125,
         "mrays_per_s_spread": [2.0, 2.5],
+        "entering_rays": 4_001,
         "wide_node_bytes": 96_001,
         "wide_triangle_bytes": 288_007,
         "wide_bytes_per_triangle": 54.5,

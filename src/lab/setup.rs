@@ -6,6 +6,7 @@ use super::population::Populations;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::scene::{LoadOptions, Scene};
+use crate::view::Place;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::tree::traverse::Traversal;
@@ -71,6 +72,8 @@ impl Contender {
 pub struct TraceView {
     /// The camera.
     pub camera: Camera,
+    /// Where it stands.
+    pub place: Place,
     /// Width and height in pixels; one ray goes through the centre of each pixel.
     pub size: [u32; 2],
     /// Traversal order, both for timing and for counting.

@@ -130,6 +130,7 @@ impl Trial {
             trace: Some(TraceReading {
                 rays: tests.rays,
                 hits: tests.hits,
+                entering: Some(tests.entering),
                 tests: Some([tests.container_tests_per_ray, tests.primitive_tests_per_ray]),
                 binary: Some(times(self.traces_ms.iter().copied())),
                 wide: Some(times(self.wide_traces_ms.iter().copied())),
@@ -174,6 +175,7 @@ mod tests {
     use crate::lab::sample::{assert_same, sample};
     use crate::lab::setup::Setup;
     use crate::scene::{FileLocation, LoadOptions, Scene, SceneSource};
+    use crate::view::Place;
     use bvhscope_engine::geometry::Triangle;
     use bvhscope_engine::kernel::SimdLevel;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
@@ -276,6 +278,7 @@ mod tests {
             "primitive_tests_per_ray": 1.5,
             // 1,237 tests of 50 rays.
             "tests_per_entering_ray": 24.74,
+            "entering_rays": 50,
             // 64 times the sum of 1,021 and 1,031 lines over 50 rays.
             "bytes_per_entering_ray": 2626.56,
             "node_lines_per_entering_ray": 20.42,
@@ -353,7 +356,7 @@ mod tests {
             values: expected_values(),
             predicted_scaling: None,
             conditions: Some(Conditions {
-                view: Some(ViewConditions { eye: [0.0, 0.0, 1.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov: 57.296 }),
+                view: Some(expected_camera()),
                 simd: SimdLevel::best().name().to_owned(),
                 version: crate::provenance::VERSION.to_owned(),
                 command_line: format!(
@@ -371,12 +374,18 @@ mod tests {
         assert_same(&found, &expected);
     }
 
+    fn expected_camera() -> ViewConditions {
+        let (camera, fov) = ("given".to_owned(), 57.296);
+        ViewConditions { camera, eye: [0.0, 0.0, 1.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov }
+    }
+
     /// One ray, traced once as in the paper.
     fn view() -> TraceView {
         let camera =
             Camera { eye: Vec3::Z, target: Vec3::ZERO, up: Vec3::Y, fov_y: 1.0, projection: Projection::Perspective };
         TraceView {
             camera,
+            place: Place::Given,
             size: [1, 1],
             traversal: Traversal::Paper,
             simd: SimdLevel::best(),

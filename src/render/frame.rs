@@ -95,6 +95,7 @@ impl Frame {
         TraceReading {
             rays: self.stats.primary_rays,
             hits: self.stats.hits,
+            entering: None,
             tests: self.stats.tests_per_ray(),
             binary: Some(Times::single(self.stats.trace_time.as_secs_f64() * 1e3)),
             wide: None,

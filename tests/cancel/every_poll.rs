@@ -19,6 +19,7 @@ use bvhscope::lab::visit_scatter::VisitScatter;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
+use bvhscope::view::Place;
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::Policy;
@@ -362,6 +363,7 @@ fn measuring_stops_at_every_poll() {
     let scene = terrain(1_000);
     let view = TraceView {
         camera: Camera::framing(&scene.bounds, scene.up),
+        place: Place::Given,
         size: [20, 20],
         traversal: bvhscope_engine::tree::traverse::Traversal::Ordered,
         simd: SimdLevel::best(),

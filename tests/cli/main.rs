@@ -9,6 +9,7 @@ mod support;
 mod animate;
 #[cfg(all(target_os = "linux", feature = "gui"))]
 mod bookmarks;
+mod cameras;
 mod commands;
 mod coordinates;
 mod diff;

@@ -15,6 +15,7 @@ use bvhscope::render::{
     HeatKind, RenderRequest, RenderSettings, Shading, count_tests, render, trace_primary, trace_primary_wide,
 };
 use bvhscope::scene::{LoadOptions, Scene, SceneSource, load};
+use bvhscope::view::Place;
 use bvhscope_engine::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
@@ -176,6 +177,7 @@ fn measurements_of_a_known_tree_are_exact() {
         Subject { model: "four".to_owned(), scene: two_pairs(), trees: Vec::new(), load: LoadOptions::default() };
     let view = TraceView {
         camera: camera(),
+        place: Place::Given,
         size: PIXELS,
         traversal: Traversal::Ordered,
         simd: SimdLevel::best(),

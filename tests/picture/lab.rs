@@ -20,6 +20,7 @@ use bvhscope::lab::{
 };
 use bvhscope::render::{RenderRequest, RenderSettings, trace_primary, trace_primary_wide};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope::view::Place;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
@@ -39,6 +40,7 @@ fn subject(name: &str) -> Subject {
 fn view(subject: &Subject, traversal: Traversal) -> TraceView {
     TraceView {
         camera: Camera::framing(&subject.scene.bounds, subject.scene.up),
+        place: Place::Given,
         size: [40, 30],
         traversal,
         simd: SimdLevel::best(),

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::wanted::Wanted;
-use crate::camera::Camera;
 use crate::catalog::settings::{EPSILON, Setting, THRESHOLD};
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::population::Populations;
@@ -15,6 +14,7 @@ use crate::lab::report_table::{ReportTable, tables};
 use crate::lab::rows::{write_csv, write_json_lines};
 use crate::lab::{Job, Measurement, Setup, SweepPlan, TraceView};
 use crate::scene::Scene;
+use crate::view::{NamedView, Place};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
@@ -251,8 +251,15 @@ impl PaperPlan {
 
     /// Camera, size and traversal of the traced picture.
     pub fn view(&self, scene: &Scene, wanted: &Wanted) -> TraceView {
+        let default = NamedView::Default;
+        let (camera, place) = if self.default_camera {
+            (default.camera(scene, scene.up), default.place(scene))
+        } else {
+            (wanted.camera, Place::Given)
+        };
         TraceView {
-            camera: if self.default_camera { Camera::framing(&scene.subject, scene.up) } else { wanted.camera },
+            camera,
+            place,
             size: [self.side_px; 2],
             traversal: self.traversal,
             repeat: self.repeat,

@@ -140,12 +140,18 @@ pub(super) const ROWS: &[Number] = &[
         label: "Tests per ray",
         meaning: "Containers and triangles tested by a primary ray that enters the scene's box, the axis-aligned one around all \
                   triangles, on average, so that trees of all containers are judged by the same rays: each container tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
-                  the measuring view, 1024×1024 pixels from the camera that frames the model, whatever the window shows",
+                  the measuring view, 1024×1024 pixels from the model's default camera, whatever the window shows",
         term: Some(&terms::TESTS_PER_RAY),
         get: |tree| single(tree.entering?.tests),
         compared: Some(Compared { name: "tests/entering ray", ..LESS }),
         column: Some(("entering", "tests/ray")),
         axis: Some("Tests per entering ray"),
+        ..ROW
+    },
+    Number {
+        key: "entering_rays",
+        meaning: "Number of primary rays that enter the scene's box; where they are few, trees are not judged by them",
+        get: |tree| tree.trace?.entering.map(Value::from),
         ..ROW
     },
     Number {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::picture::CameraArgs;
+use super::picture::{CameraArgs, CamerasArgs};
 use super::setting_flags::{RangeFlags, ShapeFlags};
 use super::shared::StrictLoadArgs;
 use crate::cli::named::{
@@ -67,7 +67,7 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "FILE.png|.svg")]
     pub plot: Option<PathBuf>,
     #[command(flatten)]
-    pub camera: CameraArgs,
+    pub cameras: CamerasArgs,
     #[command(flatten)]
     pub load: StrictLoadArgs,
 }
@@ -98,6 +98,7 @@ pub struct OneTreeArgs {
   bvhscope bench bunny.obj dragon.ply
   bvhscope bench bunny.obj --traversal paper --repeat 15 --json
   bvhscope bench bunny.obj --tree mine.bvh   with the tree of a file below ours
+  bvhscope bench sponza.obj --camera default,outside --rays all   from inside and from outside
   bvhscope bench builtin:teapot:4 --no-bvh --plot bench.svg")]
 pub struct BenchArgs {
     #[command(flatten)]

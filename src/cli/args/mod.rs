@@ -14,7 +14,7 @@ pub use measure::{
     AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
     TraceArgs,
 };
-pub use picture::{CameraArgs, NodeArgs};
+pub use picture::{CameraArgs, CameraParts, CamerasArgs, NodeArgs};
 pub use ray::RayArgs;
 pub use setting_flags::SettingFlags;
 pub use shared::{BuildArgs, LoadArgs, StrictLoadArgs, TreeFileArgs};

@@ -7,14 +7,35 @@ use crate::cli::named::help;
 use crate::cli::values::{self, ViewArg};
 use crate::view::NamedView;
 
+/// The end of the help of `--camera`.
+const DEFAULT_CAMERA: &str = ", or the number of a camera of the file, from 0 (default: that of a PBRT scene; from inside where the model \
+                              encloses its centre; otherwise outside)";
+
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     #[arg(long, value_name = "NAME", value_parser = values::view,
-          help = help::<NamedView>("A view of the model: ", ", or the number of a camera of the file, from 0 (default: that of a \
-                                    PBRT scene; from inside where the model encloses its centre; otherwise outside; measurements \
-                                    start outside)"))]
+          help = help::<NamedView>("A view of the model: ", DEFAULT_CAMERA))]
     pub camera: Option<ViewArg>,
+    #[command(flatten)]
+    pub parts: CameraParts,
+}
+
+/// Cameras of the measuring commands.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CamerasArgs {
+    #[arg(long = "camera", value_name = "LIST", value_delimiter = ',', value_parser = values::view,
+          help = help::<NamedView>("Views of the model, separated by commas, each with rows of its own: ", DEFAULT_CAMERA))]
+    pub cameras: Vec<ViewArg>,
+    #[command(flatten)]
+    pub parts: CameraParts,
+}
+
+/// Parts of a camera in the place of those of its view.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraParts {
     /// Position of the observer, in the coordinates of the file
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,

@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::parts::{camera, threads};
-use crate::cli::args::{AnimateArgs, CameraArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
+use super::parts::{camera, cameras, threads};
+use crate::cli::args::{AnimateArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
 use crate::headless::{MomentChoice, Times};
 use crate::lab::motion::AnimatePlan;
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
-use crate::view::NamedView;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
@@ -52,11 +51,9 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
     }
 }
 
-fn trace(args: &TraceArgs, of_camera: &CameraArgs) -> TraceChoice {
+fn trace(args: &TraceArgs) -> TraceChoice {
     let TraceArgs { size, repeat, traversal, simd, .. } = *args;
-    // The paper's scenes are looked at from outside.
-    let camera = camera(of_camera, NamedView::Outside);
-    TraceChoice { camera, size, traversal, simd: simd.unwrap_or_default(), repeat }
+    TraceChoice { size, traversal, simd: simd.unwrap_or_default(), repeat }
 }
 
 pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureCommand {
@@ -65,7 +62,8 @@ pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureComma
         sources,
         job,
         trees,
-        trace: trace(&args.trace, &args.camera),
+        cameras: cameras(&args.cameras),
+        trace: trace(&args.trace),
         populations: args.rays.unwrap_or_default(),
         output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
     }
@@ -77,7 +75,8 @@ pub fn diff(args: DiffArgs) -> DiffCommand {
         moments: MomentChoice { times: args.time.map(Times::At), clip: args.clip },
         trees: [args.a, args.b],
         threads: threads(args.trace.threads),
-        trace: trace(&args.trace, &args.camera),
+        camera: camera(&args.camera),
+        trace: trace(&args.trace),
         output: args.output,
         legend: args.legend,
         json: args.json,

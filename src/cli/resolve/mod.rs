@@ -28,7 +28,6 @@ use crate::scene::SceneSource;
 use crate::text::quoted;
 #[cfg(feature = "gui")]
 use crate::view::CameraChoice;
-use crate::view::NamedView;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
@@ -38,7 +37,7 @@ pub use parts::{camera, invalid_passes, invalid_passes_of_file, load, threads};
 
 #[cfg(feature = "gui")]
 pub fn viewer(args: ViewerArgs) -> StartOptions {
-    let camera = camera(&args.camera, NamedView::Default);
+    let camera = camera(&args.camera);
     StartOptions {
         source: args.model,
         tree_file: args.tree.tree.map(|path| std::path::absolute(&path).unwrap_or(path)),
@@ -64,7 +63,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
 #[cfg_attr(not(feature = "gui"), expect(clippy::unnecessary_wraps, reason = "bookmarks are kept by the window"))]
 pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
     let source = args.model.unwrap_or_else(SceneSource::default_builtin);
-    let camera = camera(&args.camera, NamedView::Default);
+    let camera = camera(&args.camera);
     #[cfg(feature = "gui")]
     let camera = match &args.bookmark {
         Some(name) => bookmark(name, &source)?,
@@ -120,7 +119,7 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
     MergesCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
-        camera: camera(&args.camera, NamedView::Default),
+        camera: camera(&args.camera),
         settings: picture(&args.picture, &args.around),
         overlay: OverlaySettings { budget: Some(args.at_most), ..OverlaySettings::default() },
         order: args.order,
@@ -139,7 +138,7 @@ pub fn info(args: InfoArgs) -> InfoCommand {
         tree: tree_origin(&args.build, args.tree.tree),
         triangles: args.triangles,
         rays: args.rays.unwrap_or_default(),
-        camera: camera(&args.camera, NamedView::Default),
+        camera: camera(&args.camera),
         json: args.json,
     }
 }
@@ -188,7 +187,7 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
-        camera: camera(&args.camera, NamedView::Default),
+        camera: camera(&args.camera),
         size: args.size,
         settings: RenderSettings { light: args.light.unwrap_or(base.light), ..base },
         section: args.section,

@@ -1,7 +1,7 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
 use crate::catalog::settings::{Given, OPTIMIZE};
-use crate::cli::args::{AroundArgs, CameraArgs, LoadArgs, SettingFlags};
+use crate::cli::args::{AroundArgs, CameraArgs, CameraParts, CamerasArgs, LoadArgs, SettingFlags};
 use crate::cli::values::ViewArg;
 use crate::overlay::OverlaySettings;
 use crate::overlay::rows::CONTAINERS;
@@ -45,23 +45,26 @@ pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<Str
     ))
 }
 
-/// The camera; `view` where none is named.
-pub fn camera(args: &CameraArgs, view: NamedView) -> CameraChoice {
-    let (view, of_file) = match args.camera {
+/// The camera of a command that takes one.
+pub fn camera(args: &CameraArgs) -> CameraChoice {
+    camera_of(args.camera, &args.parts)
+}
+
+/// The cameras of a command that takes several; the default one where none is named.
+pub(super) fn cameras(args: &CamerasArgs) -> Vec<CameraChoice> {
+    let named = args.cameras.iter().map(|&view| camera_of(Some(view), &args.parts));
+    let none_named = args.cameras.is_empty().then(|| camera_of(None, &args.parts));
+    named.chain(none_named).collect()
+}
+
+fn camera_of(view: Option<ViewArg>, parts: &CameraParts) -> CameraChoice {
+    let (view, of_file) = match view {
         Some(ViewArg::Named(view)) => (view, None),
-        Some(ViewArg::OfFile(index)) => (view, Some(index)),
-        None => (view, None),
+        Some(ViewArg::OfFile(index)) => (NamedView::Default, Some(index)),
+        None => (NamedView::Default, None),
     };
-    CameraChoice {
-        view,
-        of_file,
-        of_scene: None,
-        eye: args.eye,
-        target: args.target,
-        up: args.up,
-        fov_y: args.fov,
-        orthographic: args.orthographic,
-    }
+    let &CameraParts { eye, target, up, fov: fov_y, orthographic } = parts;
+    CameraChoice { view, of_file, of_scene: None, eye, target, up, fov_y, orthographic }
 }
 
 /// The picture's settings.

@@ -8,7 +8,7 @@ use crate::catalog::numbers::rows::{
 use crate::catalog::reading::{Times, TreeReading};
 use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
-use crate::lab::conditions::Conditions;
+use crate::lab::conditions::{Conditions, ViewConditions};
 use crate::lab::measure::{LabError, RowSink, request_settings};
 use crate::lab::measurement::{FrameOfClip, Measurement, millis, pool};
 use crate::lab::population::{Population, Populations, ViewRays};
@@ -174,7 +174,7 @@ fn measurement(
         repeat: view.repeat,
         rounds: rounds.map(|(number, rounds)| (number.key.to_owned(), rounds.clone())).collect(),
         verdicts: Vec::new(),
-        conditions: Some(Conditions::of_process(Some((&view.camera, subject.scene.offset)), view.simd)),
+        conditions: Some(Conditions::of_process(Some(ViewConditions::of(view, subject)), view.simd)),
         populations: row.rays.clone(),
         warnings: row.warnings.entries.iter().map(ToString::to_string).collect(),
     }

@@ -8,8 +8,8 @@ use super::series::{curves, series_name, value_axis};
 use crate::catalog::numbers::rows::BUILD_MS;
 use crate::catalog::numbers::{NUMBERS, Number};
 use crate::catalog::settings::THRESHOLD;
-use crate::lab::measurement::Measurement;
-use crate::lab::report_table::{models, name_among};
+use crate::lab::measurement::{Measurement, model_views};
+use crate::lab::report_table::name_among;
 use bvhscope_engine::tree::ContainerKind;
 
 /// The numbers that have an axis, each with its label.
@@ -32,8 +32,8 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
     if let Some(other) = rows.iter().find(|row| row.command != first.command) {
         return Err(format!("rows of '{}' and of '{}' do not go into one plot", first.command, other.command));
     }
-    let models = models(rows);
-    let name = |row: &Measurement| name_among(&row.model, &models);
+    let models = model_views(rows);
+    let name = |row: &Measurement| name_among(row.view(), &models);
     match first.command.as_str() {
         "sweep" => Ok(sweep_charts(rows)),
         "scaling" => Ok(scaling_charts(rows)),
@@ -46,7 +46,7 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
     }
 }
 
-/// The readings with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
+/// The readings that some row has, with the rows that each chart of them shows: of a reading that does not compare across containers, one chart each.
 fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<ContainerKind>)> {
     let kinds: Vec<ContainerKind> =
         ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| rows.iter().any(|row| row.container == *kind)).collect();
@@ -58,7 +58,8 @@ fn readings(rows: &[Measurement]) -> Vec<(&'static Number, String, Option<Contai
             vec![(number, label.to_owned(), None)]
         }
     };
-    quantities().flat_map(of_number).collect()
+    let is_known = |(number, _): &(&Number, &str)| rows.iter().any(|row| row.values.known(number).is_some());
+    quantities().filter(is_known).flat_map(of_number).collect()
 }
 
 /// Value and spread of a row, if both are known and the row is of the container, if any.
@@ -95,7 +96,7 @@ fn sweep_charts(rows: &[Measurement]) -> Vec<Chart> {
     });
     let absolute: Vec<Chart> = absolute.collect();
     let is_measured = |curve: &&Curve| curve.points.iter().any(|point| row_of(rows, point).is_some_and(is_built));
-    let all: Vec<&Curve> = absolute[0].curves.iter().filter(is_measured).collect();
+    let all: Vec<&Curve> = absolute.first().into_iter().flat_map(|chart| &chart.curves).filter(is_measured).collect();
     let relative: Vec<Chart> = if all.len() <= MAX_RELATIVE {
         all.into_iter().filter_map(|series| relative_chart(rows, series)).collect()
     } else {
@@ -150,8 +151,10 @@ fn relative_chart(rows: &[Measurement], series: &Curve) -> Option<Chart> {
             })
             .collect(),
     };
-    let curves: Vec<Curve> = quantities().take(3).enumerate().map(curve).collect();
-    Some(Chart {
+    let mut curves: Vec<Curve> = quantities().take(3).enumerate().map(curve).collect();
+    curves.retain(|curve| !curve.points.is_empty());
+    // One alone is in the chart of its quantity.
+    (curves.len() > 1).then(|| Chart {
         title: series.name.clone(),
         labels: [THRESHOLD_LABEL.to_owned(), format!("Relative to δ = {}", threshold(base))],
         axes: [across(&curves), value_axis(&curves, |point| point.y)],

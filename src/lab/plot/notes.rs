@@ -1,8 +1,8 @@
 //! The notes over the charts of a figure: the models, how they were measured, and how to read the charts.
 
 use super::chart::{Chart, Look};
-use crate::lab::measurement::Measurement;
-use crate::lab::report_table::{conditions_and_threads, models, name_among};
+use crate::lab::measurement::{Measurement, ModelView, model_views};
+use crate::lab::report_table::{conditions_and_threads, name_among};
 use crate::text::{count, cut};
 
 /// Most characters that name machines.
@@ -49,18 +49,18 @@ fn machines(rows: &[Measurement]) -> Option<String> {
 
 /// The models with their sizes.
 fn scenes(rows: &[Measurement]) -> String {
-    let models = models(rows);
+    let models = model_views(rows);
     if models.len() > MAX_NAMED {
         return format!("{} models", models.len());
     }
     // Several are named in the legend.
     let is_one_kind = rows.iter().all(|row| row.container == rows[0].container);
     let containers = if is_one_kind { format!(", {}", rows[0].container.plural()) } else { String::new() };
-    let scene = |model: &&str| {
-        let row = rows.iter().find(|row| row.model == *model);
+    let scene = |model: &ModelView<'_>| {
+        let row = rows.iter().find(|row| row.view() == *model);
         let triangles = row.map_or(0, |row| row.triangles);
         let clip = row.and_then(|row| Some(format!(", {}{containers}", row.motion.as_ref()?.clip_text())));
-        format!("{}, {} triangles{}", name_among(model, &models), count(triangles as u64), clip.unwrap_or_default())
+        format!("{}, {} triangles{}", name_among(*model, &models), count(triangles as u64), clip.unwrap_or_default())
     };
     models.iter().map(scene).collect::<Vec<_>>().join("; ")
 }

@@ -43,7 +43,7 @@ fn quartiles(rounds: Vec<f64>) -> Option<[f64; 2]> {
 
 /// `read` gives value and spread of a row.
 fn chart(rows: &[Measurement], label: &str, read: impl Fn(&Measurement) -> Option<(f64, Option<[f64; 2]>)>) -> Chart {
-    let is_one_tree = rows.iter().all(|row| row.model == rows[0].model && row.container == rows[0].container);
+    let is_one_tree = rows.iter().all(|row| row.view() == rows[0].view() && row.container == rows[0].container);
     let name = |row: &Measurement| {
         let policy = row.motion.as_ref().map_or("", |motion| motion.policy.label());
         if is_one_tree { policy.to_owned() } else { format!("{policy}, {}", series_name(row, rows)) }

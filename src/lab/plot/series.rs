@@ -3,15 +3,15 @@
 use super::axis::Axis;
 use super::chart::{Curve, Look, Point};
 use crate::catalog::settings::THRESHOLD;
-use crate::lab::measurement::Measurement;
-use crate::lab::report_table::{models, name_among};
+use crate::lab::measurement::{Measurement, model_views};
+use crate::lab::report_table::name_among;
 
 /// Scene and container, and of a sweep the settings beside the threshold, each only if the rows differ in it.
 pub(super) fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
     let mut parts = Vec::new();
-    let models = models(rows);
+    let models = model_views(rows);
     if models.len() > 1 {
-        parts.push(name_among(&row.model, &models));
+        parts.push(name_among(row.view(), &models));
     }
     if rows.iter().any(|other| other.container != row.container) {
         parts.push(row.container.plural().to_owned());
@@ -24,7 +24,7 @@ pub(super) fn series_name(row: &Measurement, rows: &[Measurement]) -> String {
         parts.extend(differing.map(|(setting, text)| format!("{} = {text}", setting.symbol().unwrap_or(setting.key))));
     }
     if parts.is_empty() {
-        parts.push(format!("{}, {}", name_among(&row.model, &models), row.container.plural()));
+        parts.push(format!("{}, {}", name_among(row.view(), &models), row.container.plural()));
     }
     parts.join(", ")
 }

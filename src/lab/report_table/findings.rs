@@ -1,40 +1,43 @@
 //! A sentence on what another container than the paper's saves of the box's tests, and at which price.
 
-use super::format::{models, name_among};
-use crate::catalog::numbers::rows::{TESTS_PER_RAY, TRACE_MS};
-use crate::lab::measurement::Measurement;
+use super::format::name_among;
+use crate::catalog::numbers::rows::{TESTS_PER_ENTERING_RAY, TESTS_PER_RAY, TRACE_MS};
+use crate::lab::measurement::{Measurement, ModelView, model_views};
 use crate::lab::verdict::{Factor, Order};
 use crate::text::counted;
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, Sphere};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::wide::{WideContainer, WideNode};
 
-/// For each model and each container beside the paper's that was measured with the box: the tests of the picture's rays and of each
-/// population, the time of a test, and the size of a node.
+/// For each model and each container that was measured with the box: the tests of the same rays, those that enter the scene's box, in the
+/// picture and in each population; the time of a test, and the size of a node.
 pub(super) fn findings(rows: &[Measurement]) -> Vec<String> {
-    let all = models(rows);
-    let sentence = |model: &str, kind: ContainerKind| {
-        let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();
+    let all = model_views(rows);
+    let sentence = |model: ModelView<'_>, kind: ContainerKind| {
+        let built = |row: &&Measurement| row.view() == model && row.builder != "none" && row.tree.is_none();
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
         finding(of(ContainerKind::Aabb)?, of(kind)?).map(|text| format!("{}: {text}.", name_among(model, &all)))
     };
-    let others = ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| !ContainerKind::OF_PAPER.contains(kind));
+    let others = ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| *kind != ContainerKind::Aabb);
     let pairs = all.iter().flat_map(|model| others.clone().map(move |kind| (*model, kind)));
     pairs.filter_map(|(model, kind)| sentence(model, kind)).collect()
 }
 
-/// "14-DOPs take 41 % fewer tests of bounce rays, 3 % more of primary rays, at 1.9 times the price of a test and 480 bytes for a node of
+/// "14-DOPs take 3 % more tests of the picture's rays, 41 % fewer of bounce rays, at 1.9 times the price of a test and 480 bytes for a node of
 /// the wide tree instead of 224".
 fn finding(boxes: &Measurement, other: &Measurement) -> Option<String> {
-    let of_picture = other.number(TESTS_PER_RAY) / boxes.number(TESTS_PER_RAY);
+    let [of_picture, of_all] =
+        [TESTS_PER_ENTERING_RAY, TESTS_PER_RAY].map(|tests| other.number(tests) / boxes.number(tests));
     let mut parts = vec![format!("{} tests of the picture's rays", change(of_picture)?)];
-    for rays in &boxes.populations {
+    for rays in boxes.populations.iter().filter(|rays| rays.population.is_same_in_all_trees()) {
         let same = other.populations.iter().find(|others| others.population == rays.population);
-        if let Some(ratio) = same.and_then(|others| Some(others.tests_per_ray? / rays.tests_per_ray?)) {
-            parts.push(format!("{} of {} rays", change(ratio)?, rays.population.name()));
+        let ratio = same.and_then(|others| Some(others.tests_per_entering_ray? / rays.tests_per_entering_ray?));
+        if let Some(change) = ratio.and_then(change) {
+            parts.push(format!("{change} of {} rays", rays.population.name()));
         }
     }
-    let price = price(boxes, other, of_picture).map_or_else(String::new, |price| format!(", {price},"));
+    // All rays were timed.
+    let price = price(boxes, other, of_all).map_or_else(String::new, |price| format!(", {price},"));
     let [node, of_boxes] = [other.container, boxes.container].map(node_bytes);
     Some(format!(
         "{} take {}{price} and {node} bytes for a node of the wide tree instead of {of_boxes}",
@@ -88,7 +91,7 @@ mod tests {
     fn a_sentence_has_the_tests_of_each_population_and_the_price_of_one() {
         let rays = |tests| MeasuredRays {
             population: Population::Bounce,
-            tests_per_ray: Some(tests),
+            tests_per_entering_ray: Some(tests),
             ..sample().populations.swap_remove(0)
         };
         let row = |container, trace_ms: f64, tests: f64, rays| {
@@ -97,6 +100,7 @@ mod tests {
             Measurement { container, populations: vec![rays], rounds, ..sample() }
                 .with(TRACE_MS, trace_ms)
                 .with(TESTS_PER_RAY, tests)
+                .with(TESTS_PER_ENTERING_RAY, tests)
         };
         let boxes = row(ContainerKind::Aabb, 50.0, 20.0, rays(50.5));
         let dops = row(ContainerKind::Dop14, 60.0, 15.0, rays(25.25));
@@ -108,6 +112,12 @@ mod tests {
         let found = findings(&[boxes.clone(), noisy]);
         assert!(found[0].contains(", at a price of a test that 9 rounds do not decide, and 480"), "{found:?}");
         assert_eq!(change(3.54).as_deref(), Some("3.5 times as many"));
-        assert_eq!(findings(&[dops, Measurement { container: ContainerKind::Sphere, ..boxes }]), Vec::<String>::new());
+        let spheres = Measurement { container: ContainerKind::Sphere, ..dops.clone() };
+        let of_spheres = findings(&[boxes, spheres.clone()]);
+        assert!(
+            of_spheres[0]
+                .starts_with("thing.obj: spheres take 25 % fewer tests of the picture's rays, 50 % fewer of bounce")
+        );
+        assert_eq!(findings(&[dops, spheres]), Vec::<String>::new());
     }
 }

@@ -4,7 +4,7 @@ use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{BUILD_MS, TRACE_MS};
 use crate::catalog::reading::disturbed;
 use crate::catalog::settings::Setting;
-use crate::lab::measurement::Measurement;
+use crate::lab::measurement::{Measurement, ModelView};
 use crate::lab::verdict::Factor;
 pub use crate::text::number;
 use crate::text::{count, counted};
@@ -26,10 +26,15 @@ pub(super) fn conditions(rows: &[Measurement]) -> String {
         _ => format!("medians of {min} to {max}"),
     };
     let Measurement { width_px, height_px, traversal, .. } = row;
+    // Of several the names of models state it.
+    let is_one = rows.iter().all(|other| other.view().camera == row.view().camera) && !row.view().camera.is_empty();
+    let camera = if is_one { format!(", camera {}", row.view().camera) } else { String::new() };
     if row.command == "animate" {
-        return format!("rays of a view of {width_px}×{height_px} pixels, {traversal} traversal, ray times {medians}");
+        return format!(
+            "rays of a view of {width_px}×{height_px} pixels{camera}, {traversal} traversal, ray times {medians}"
+        );
     }
-    format!("{width_px}×{height_px} primary rays, {traversal} traversal, {medians}")
+    format!("{width_px}×{height_px} primary rays{camera}, {traversal} traversal, {medians}")
 }
 
 /// [`conditions`] with the number of threads if it is the same for all rows.
@@ -143,26 +148,19 @@ pub(super) fn container_test(rows: &[Measurement]) -> String {
     format!("{TRAVERSAL_COST} ({cost} of {})", names.join(" and "))
 }
 
-/// The distinct models, in order of first appearance.
-pub fn models(rows: &[Measurement]) -> Vec<&str> {
-    let mut models: Vec<&str> = Vec::new();
-    for row in rows {
-        if !models.contains(&row.model.as_str()) {
-            models.push(&row.model);
-        }
-    }
-    models
-}
-
-/// Display name of a model among `models`: its file name, with the folder if another model has the same file name.
-pub fn name_among(model: &str, models: &[&str]) -> String {
-    let name = short(model);
-    let shared = models.iter().any(|other| *other != model && short(other) == name);
+/// Display name of a model among `views`: its file name, with the folder if another model has the same file name, and with its camera
+/// if there are several.
+pub fn name_among(ModelView { model, camera }: ModelView<'_>, views: &[ModelView<'_>]) -> String {
+    let mut name = short(model);
+    let shared = views.iter().any(|other| other.model != model && short(other.model) == name);
     let folder = std::path::Path::new(model).parent().and_then(|folder| folder.file_name());
-    match folder.filter(|_| shared) {
-        Some(folder) => format!("{}/{name}", folder.to_string_lossy()),
-        None => name,
+    if let Some(folder) = folder.filter(|_| shared) {
+        name = format!("{}/{name}", folder.to_string_lossy());
     }
+    if views.iter().any(|other| other.camera != camera) && !camera.is_empty() {
+        name = format!("{name}, {camera}");
+    }
+    name
 }
 
 /// The name of a model without its folders, as the window shows it: `bunny.obj`, `teapot 3`.

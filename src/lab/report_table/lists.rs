@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::aligned::ReportTable;
 use super::format::{
-    INTERVALS, TESTS, TRACE, conditions, conditions_and_threads, costs, models, name_among, number, setting, spread,
+    INTERVALS, TESTS, TRACE, conditions, conditions_and_threads, costs, name_among, number, setting, spread,
     spread_note,
 };
 use crate::catalog::numbers::rows::{
@@ -12,7 +12,7 @@ use crate::catalog::numbers::rows::{
 };
 use crate::catalog::numbers::{Direction, NUMBERS, Number};
 use crate::catalog::settings::{Setting, parameters};
-use crate::lab::measurement::Measurement;
+use crate::lab::measurement::{Measurement, ModelView, model_views};
 use crate::lab::verdict::{Order, Verdict, base_of, has_fastest, judge_rows, sort_by_speed};
 use crate::text::{count, counted};
 
@@ -42,9 +42,9 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
         table.columns.extend(number.spread.map(|_| ("spread".to_owned(), "%".to_owned())));
         table.better.resize(table.columns.len(), None);
     }
-    let models = models(rows);
+    let models = model_views(rows);
     for row in rows {
-        let mut line = vec![name_among(&row.model, &models), row.builder_name(), row.container.name().to_owned()];
+        let mut line = vec![name_among(row.view(), &models), row.builder_name(), row.container.name().to_owned()];
         line.extend(symbols().map(|(parameter, _)| setting(row, parameter)));
         for (number, _) in columns() {
             line.push(number.digits.text(row.number(number)));
@@ -63,7 +63,8 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
 /// The trees of each scene and kind of container, the faster before the slower as far as that is decided, with a column for their speed
 /// over that of the preset Fast, or else of the first that was measured.
 pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
-    let is_like = |row: &Measurement, other: &Measurement| row.model == other.model && row.container == other.container;
+    let is_like =
+        |row: &Measurement, other: &Measurement| row.view() == other.view() && row.container == other.container;
     let mut groups: Vec<Vec<(usize, &Measurement)>> = Vec::new();
     for row in rows.iter().enumerate() {
         match groups.iter_mut().find(|group| is_like(group[0].1, row.1)) {
@@ -76,7 +77,7 @@ pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
         let Some(base) = base_of(group.iter().map(|(_, row)| *row)) else { continue };
         sort_by_speed(group, |(_, row)| row);
         relative.extend(group.iter().map(|(_, row)| relative_speed(base, row)));
-        notes.push(best_of(group, base, &models(rows)));
+        notes.push(best_of(group, base, &model_views(rows)));
     }
     let (sources, sorted): (Vec<usize>, Vec<Measurement>) =
         groups.into_iter().flatten().map(|(index, row)| (index, row.clone())).unzip();
@@ -112,9 +113,9 @@ fn relative_speed(base: &Measurement, row: &Measurement) -> String {
 
 /// "teapot, box: best is the fastest to trace, 1.31 times as fast as fast (1.28 to 1.33 over 9 rounds), which all are relative to"; and which
 /// others are not decidedly slower. `group` is sorted by speed.
-fn best_of(group: &[(usize, &Measurement)], base: &Measurement, models: &[&str]) -> String {
+fn best_of(group: &[(usize, &Measurement)], base: &Measurement, models: &[ModelView<'_>]) -> String {
     let best = group[0].1;
-    let which = format!("{}, {}", name_among(&best.model, models), best.container.name());
+    let which = format!("{}, {}", name_among(best.view(), models), best.container.name());
     let (name, of) = (best.builder_name(), base.builder_name());
     let is_slower = |row: &Measurement| judge_rows(MRAYS_PER_S, best, row).0 == Verdict::Worse;
     let rivals: Vec<&Measurement> = group[1..].iter().map(|(_, row)| *row).filter(|row| !is_slower(row)).collect();
@@ -184,13 +185,13 @@ pub(super) fn scaling_table(rows: &[Measurement]) -> ReportTable {
             ("efficiency", "%"),
         ],
     );
-    let models = models(rows);
+    let models = model_views(rows);
     for row in rows {
         let parts = |speedup: Option<f64>| match speedup {
             Some(speedup) => [format!("{speedup:.2}"), format!("{:.0}", speedup / row.threads.max(1) as f64 * 100.0)],
             None => ["–".to_owned(), "–".to_owned()],
         };
-        let mut line = vec![name_among(&row.model, &models), row.container.name().to_owned(), row.threads.to_string()];
+        let mut line = vec![name_among(row.view(), &models), row.container.name().to_owned(), row.threads.to_string()];
         for (time, speedup) in [(BUILD_MS, SPEEDUP), (TRACE_MS, TRACE_SPEEDUP)] {
             line.extend([number(row.number(time)), spread(row, time)]);
             line.extend(parts(row.values.known(speedup)));
@@ -221,7 +222,10 @@ mod tests {
         let settings = Stated::of(&lbvh).with(&CURVE, "hilbert").with(&OPTIMIZE, "collapse");
         let other = Measurement { builder: "lbvh".to_owned(), settings, preset: None, threads: 4, ..sample() };
         let table = list_table("Sweep", &[sample()]);
-        assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5, 3 threads)");
+        assert_eq!(
+            table.title,
+            "Sweep (101×103 primary rays, camera front, ordered traversal, medians of 5, 3 threads)"
+        );
         let expected = [
             "scene: thing.obj",
             "builder: aac + hilbert + collapse",
@@ -258,7 +262,10 @@ mod tests {
              triangles or more of each scene."
         );
         let table = list_table("Sweep", &[sample(), other]);
-        assert_eq!(table.title, "Sweep (101×103 primary rays, ordered traversal, medians of 5)", "threads differ");
+        assert_eq!(
+            table.title, "Sweep (101×103 primary rays, camera front, ordered traversal, medians of 5)",
+            "threads differ"
+        );
         let read = Measurement {
             tree: Some("x.bvh".to_owned()),
             settings: Stated::default(),

@@ -17,9 +17,9 @@ mod by_command;
 mod summary;
 
 pub use aligned::ReportTable;
-pub use by_command::tables;
+pub use by_command::{few_entering, tables};
 pub use difference::difference_table;
 pub(super) use format::conditions_and_threads;
-pub use format::{models, name_among, number, short};
+pub use format::{name_among, number, short};
 pub use formats::TableFormat;
 pub use summary::summary;

@@ -4,15 +4,12 @@
 use super::aligned::ReportTable;
 use super::findings::findings;
 use super::format::{
-    COSTS_DO_NOT_COMPARE, TESTS, TRACE, conditions_and_threads, models, name_among, number, spread, spread_note,
+    COSTS_DO_NOT_COMPARE, TESTS, TRACE, conditions_and_threads, name_among, number, spread, spread_note,
 };
 use super::lists::list_table;
 use crate::catalog::numbers::Number;
-use crate::catalog::numbers::rows::{
-    BUILD_MS, CONTAINER_TESTS_PER_RAY, MRAYS_PER_S, PRIMITIVE_TESTS_PER_RAY, RAYS, TESTS_PER_ENTERING_RAY,
-    TESTS_PER_RAY, TRACE_MS,
-};
-use crate::lab::measurement::Measurement;
+use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, RAYS, TESTS_PER_ENTERING_RAY, TESTS_PER_RAY, TRACE_MS};
+use crate::lab::measurement::{Measurement, ModelView, model_views};
 use crate::lab::paper::{MEAN_RATIOS, PaperScene, scene_of};
 use crate::lab::verdict::{Verdict, judge_rows};
 use crate::text::{count, counted};
@@ -24,19 +21,14 @@ type Column = (&'static str, &'static str, &'static Number);
 /// Table 1, table 2, build times by stage, and tree statistics.
 pub(super) fn bench_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let times: [Column; 2] = [("build", "ms", BUILD_MS), ("trace", "ms", TRACE_MS)];
-    let tests: [Column; 3] = [
-        ("containers", "tests/ray", CONTAINER_TESTS_PER_RAY),
-        ("primitives", "tests/ray", PRIMITIVE_TESTS_PER_RAY),
-        ("all", "tests/ray", TESTS_PER_RAY),
-    ];
+    let tests: [Column; 2] = [("all", "tests/ray", TESTS_PER_RAY), ("entering", "tests/ray", TESTS_PER_ENTERING_RAY)];
     let papers_times = |paper: &PaperScene| vec![Some(paper.build_ms), Some(paper.trace_ms)];
-    let papers_tests = |paper: &PaperScene| vec![None, None, Some(paper.tests_per_ray)];
+    let papers_tests = |paper: &PaperScene| vec![Some(paper.tests_per_ray), None];
     let [build, trace, all] = MEAN_RATIOS;
     let mut of_times = pairs_table("Build and trace time", rows, &times, &papers_times, &[Some(build), Some(trace)]);
     of_times.notes.push(TRACE.to_owned());
     of_times.notes.extend(conclusions(rows));
-    let mut of_tests =
-        pairs_table("Intersection tests per ray, of all rays", rows, &tests, &papers_tests, &[None, None, Some(all)]);
+    let mut of_tests = pairs_table("Intersection tests per ray", rows, &tests, &papers_tests, &[Some(all), None]);
     of_tests.notes.push(TESTS.to_owned());
     of_tests.notes.extend(findings(rows));
     vec![of_times, of_tests, stages_table(rows), trees_table(rows)]
@@ -69,16 +61,16 @@ fn pairs_table(
     let is_measured = ContainerKind::OF_PAPER.map(|kind| rows.iter().any(|row| row.container == kind));
     let mut ratios: Vec<Vec<f64>> = vec![Vec::new(); values.len() * others];
     let mut any_paper = false;
-    let models = models(rows);
+    let models = model_views(rows);
     for model in &models {
-        let of_model = || rows.iter().filter(|row| row.model == *model);
+        let of_model = || rows.iter().filter(|row| row.view() == *model);
         let is_built = |row: &&Measurement| row.builder != "none" && row.tree.is_none();
         let built: Vec<Option<&Measurement>> =
             kinds.iter().map(|kind| of_model().filter(is_built).find(|row| row.container == *kind)).collect();
-        let line = scene_line(name_among(model, &models), &built, values, &mut ratios);
+        let line = scene_line(name_among(*model, &models), &built, values, &mut ratios);
         table.rows.push(line);
         table.rows.extend(of_model().filter_map(|row| file_line(row, values, &kinds)));
-        if let Some(paper) = scene_of(model) {
+        if let Some(paper) = scene_of(model.model) {
             any_paper = true;
             table.rows.push(papers_line(paper.name, &papers(paper), is_measured, others));
         }
@@ -139,11 +131,11 @@ fn papers_line(name: &str, pairs: &[Option<[f64; 2]>], is_measured: [bool; 2], o
 
 /// A sentence for each model and each container beside the box: which is better, by how much.
 fn conclusions(rows: &[Measurement]) -> Vec<String> {
-    let models = models(rows);
+    let models = model_views(rows);
     let others = ContainerKind::WITH_ORIENTED.into_iter().filter(|kind| *kind != ContainerKind::Aabb);
     let pairs = models.iter().flat_map(|model| others.clone().map(move |other| (*model, other)));
-    let sentence = |(model, other): (&str, ContainerKind)| {
-        let built = |row: &&Measurement| row.model == model && row.builder != "none" && row.tree.is_none();
+    let sentence = |(model, other): (ModelView<'_>, ContainerKind)| {
+        let built = |row: &&Measurement| row.view() == model && row.builder != "none" && row.tree.is_none();
         let of = |kind| rows.iter().filter(built).find(|row| row.container == kind);
         let pair = [of(ContainerKind::Aabb)?, of(other)?];
         let parts = [
@@ -212,9 +204,9 @@ fn stages_table(rows: &[Measurement]) -> ReportTable {
     let mut table = ReportTable::new("Build time by stage", &[("scene", ""), ("container", "")]);
     table.columns.extend(stages.iter().map(|name| ((*name).to_owned(), "ms".to_owned())));
     table.columns.extend([("build", "ms"), ("spread", "%")].map(|(name, unit)| (name.to_owned(), unit.to_owned())));
-    let models = models(rows);
+    let models = model_views(rows);
     for row in rows.iter().filter(|row| row.builder != "none" && row.tree.is_none()) {
-        let mut line = vec![name_among(&row.model, &models), row.container.name().to_owned()];
+        let mut line = vec![name_among(row.view(), &models), row.container.name().to_owned()];
         let times = row.stages_ms();
         line.extend(stages.iter().map(|name| times.get(*name).map_or_else(String::new, |ms| number(*ms))));
         line.extend([number(row.number(BUILD_MS)), spread(row, BUILD_MS)]);
@@ -230,12 +222,12 @@ fn trees_table(rows: &[Measurement]) -> ReportTable {
     if rows.iter().any(|row| row.container != rows[0].container) {
         table.notes.push(COSTS_DO_NOT_COMPARE.to_owned());
     }
-    let models = models(rows);
+    let models = model_views(rows);
     for row in rows.iter().filter(|row| row.builder == "none") {
         let pixels = u64::from(row.width_px) * u64::from(row.height_px);
         table.notes.push(format!(
             "{} without BVH: {} of {} pixels, evenly spread, in {} ms; {} tests per ray.",
-            name_among(&row.model, &models),
+            name_among(row.view(), &models),
             count(row.values.count(RAYS)),
             count(pixels),
             number(row.number(TRACE_MS)),
@@ -286,11 +278,13 @@ mod tests {
             ["  the paper's mean", "", "", "", "0.77", "", "", "0.14"],
         ];
         assert_eq!(times.rows, expected);
-        let of_all: Vec<&[String]> = tests.rows.iter().map(|row| &row[8..]).collect();
+        let of_all: Vec<&[String]> = tests.rows.iter().map(|row| &row[2..5]).collect();
         let expected = [["30.00", "120.0", "0.25"], ["19", "49", "0.39"], ["35.00", "20.00", "1.75"]];
         assert_eq!(of_all[..3], expected);
         assert_eq!(of_all[3..], [["", "", "1.00"], ["", "", "0.35"]]);
-        assert_eq!(tests.rows[0][2..8], ["26.25", "26.25", "1.00", "3.250", "3.250", "1.00"]);
+        let names: Vec<String> = tests.columns[5..].iter().map(|(name, unit)| format!("{name} {unit}")).collect();
+        assert_eq!(names, ["entering box tests/ray", "entering sphere tests/ray", "ratio box:sph"]);
+        assert_eq!(tests.rows[2][5..], ["35.00", "20.00", "1.75"]);
     }
 
     #[test]

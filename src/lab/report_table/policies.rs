@@ -1,13 +1,13 @@
 //! Tables and findings of `animate`: each policy over all frames.
 
 use super::aligned::ReportTable;
-use super::format::{conditions_and_threads, costs, models, name_among, number, ratio};
+use super::format::{conditions_and_threads, costs, name_among, number, ratio};
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{
     EPO, POPULATION_TESTS_PER_RAY, PREPARATION_MS, RAY_NS, READY_MS, SAH_COST, UPDATE_MS,
 };
 use crate::catalog::reading::quantile;
-use crate::lab::measurement::{FrameOfClip, Measurement};
+use crate::lab::measurement::{FrameOfClip, Measurement, model_views};
 use crate::lab::motion::{BreakEven, FrameCost, break_even, cheaper_in, cheapest, factor, least, pays_from};
 use crate::lab::population::Population;
 use crate::text::{count, counted};
@@ -77,16 +77,16 @@ pub(super) fn policy_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let mut groups: Vec<Vec<&Measurement>> = Vec::new();
     for row in rows {
         let is_like = |group: &&mut Vec<&Measurement>| {
-            group[0].model == row.model && group[0].container == row.container && group[0].builder == row.builder
+            group[0].view() == row.view() && group[0].container == row.container && group[0].builder == row.builder
         };
         match groups.iter_mut().find(is_like) {
             Some(group) => group.push(row),
             None => groups.push(vec![row]),
         }
     }
-    let models = models(rows);
+    let models = model_views(rows);
     let names = |row: &Measurement| {
-        format!("{}, {}, {}", name_among(&row.model, &models), row.builder_name(), row.container.name())
+        format!("{}, {}, {}", name_among(row.view(), &models), row.builder_name(), row.container.name())
     };
     groups.iter().map(|group| policy_table(&names(group[0]), group)).collect()
 }

@@ -1,8 +1,8 @@
 //! Tables of the speed-up that is predicted for more cores.
 
 use super::aligned::ReportTable;
-use super::format::{models, name_among, number};
-use crate::lab::measurement::Measurement;
+use super::format::{name_among, number};
+use crate::lab::measurement::{Measurement, model_views};
 use crate::lab::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction};
 use crate::text::count;
 
@@ -11,9 +11,9 @@ const NAMED_SHARE: f64 = 0.001;
 
 /// A table for each row that has a prediction.
 pub(super) fn speedup_tables(rows: &[Measurement]) -> Vec<ReportTable> {
-    let names = models(rows);
+    let names = model_views(rows);
     let table = |row: &Measurement| {
-        let name = format!("{}, {}", name_among(&row.model, &names), row.container.name());
+        let name = format!("{}, {}", name_among(row.view(), &names), row.container.name());
         row.predicted_scaling.as_ref().map(|prediction| speedup_table(&name, prediction))
     };
     rows.iter().filter_map(table).collect()

@@ -94,6 +94,7 @@ mod tests {
     use crate::lab::population::Populations;
     use crate::lab::sample::teapot;
     use crate::scene::LoadOptions;
+    use crate::view::Place;
     use bvhscope_engine::kernel::SimdLevel;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind};
     use bvhscope_engine::tree::traverse::Traversal;
@@ -103,6 +104,7 @@ mod tests {
         let scene = teapot();
         let view = TraceView {
             camera: Camera::framing(&scene.bounds, scene.up),
+            place: Place::Given,
             size: [40, 24],
             traversal: Traversal::Ordered,
             simd: SimdLevel::default(),

@@ -151,7 +151,7 @@ fn speed_tip(first: Option<&Presented>, second: Option<&Presented>) -> String {
     let names = if second.is_some() { ["A: ", "B: "] } else { [""; 2] };
     let spreads: String = names.into_iter().zip([first, second]).filter_map(of_tree).collect();
     format!(
-        "Primary rays per second through the wide tree, in millions, without shading, in a view of 1024×1024 pixels that frames the model: the median of rounds at rest, two trees in turn. Higher is better{spreads}"
+        "Primary rays per second through the wide tree, in millions, without shading, in a view of 1024×1024 pixels from the model's default camera: the median of rounds at rest, two trees in turn. Higher is better{spreads}"
     )
 }
 
@@ -224,7 +224,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             second: of_second(TESTS_PER_ENTERING_RAY),
             unit: "",
             remark: None,
-            tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels that frames the model: the same in every window. Section Trace has the mean of this picture. Lower is better"
+            tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels from the model's default camera: the same in every window. Section Trace has the mean of this picture. Lower is better"
                 .to_owned(),
             term: &terms::TESTS_PER_RAY,
         },

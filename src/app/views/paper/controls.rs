@@ -133,7 +133,8 @@ fn settings(ui: &mut Ui, state: &mut AppState) {
     choice(
         ui,
         "Camera",
-        "The model's default camera, as on the command line, or this window's",
+        "The model's default camera, as on the command line, or this window's. The paper does not name its own; in rooms it makes a \
+         difference of twofold and more in tests per ray: docs/paper.md has a table of both",
         &mut plan.default_camera,
         &[(true, "default".to_owned()), (false, "this view".to_owned())],
     );

@@ -99,9 +99,8 @@ pub(super) fn speed_plot(view: &PlotsView, state: &AppState, shown: &Presented) 
     let quality = view.quality;
     let container = shown.accel.tree.container_kind();
     let dot = |tree: PlottedTree| {
-        // Predictions of boxes and of spheres do not compare; counts do.
-        let compares = quality == TreeQuality::Cost || tree.container == container;
-        let at = [tree.build_ms?, tree.quality(quality).filter(|_| compares)?];
+        // Costs of boxes and of spheres do not compare: other rays enter their roots.
+        let at = [tree.build_ms?, tree.quality(quality).filter(|_| tree.container == container)?];
         Some(Dot { tree, at })
     };
     let dots: Vec<Dot> = plotted(view, state, shown).into_iter().filter_map(dot).collect();
@@ -286,8 +285,8 @@ pub(super) fn show_list(ui: &mut Ui, view: &mut PlotsView, state: &mut AppState,
     let cells: Vec<Vec<String>> = trees.iter().map(cells).collect();
     let order = if view.set == TreeSet::Session { Order::OneAfterOther } else { Order::InTurn };
     let reading = |(name, unit, _): Reading| {
-        // Predictions of boxes and of spheres do not compare; times and counts do.
-        let compares = is_one_kind || !matches!(name, "SAH cost" | "EPO");
+        // Costs of boxes and of spheres do not compare; times and tests of the same rays do.
+        let compares = is_one_kind || !matches!(name, "SAH cost" | "EPO" | "Measured cost");
         let better = if name == "Speed" { Direction::More } else { Direction::Less };
         let timed = ["Build time", "Speed"].iter().position(|timed| *timed == name);
         let has_best = timed.is_none_or(|at| {
