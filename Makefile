@@ -26,7 +26,7 @@ LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; so
 # The output of all tests, whose results are added up at the end.
 TEST_LOG := target/tests.log
 
-.PHONY: run test format unit docs headless peers tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
+.PHONY: run test format unit docs headless peers counts tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -80,7 +80,11 @@ screenshots: deps-test
 peers: deps-peers
 	cargo run --release --no-default-features --features peers --bin peers -- --append docs/performance.jsonl $(PEERS)
 
-# Writes the tables between marker comments in docs/ from docs/performance.jsonl. A test compares them.
+# Runs the commands of docs/counts.txt on the models in BVHSCOPE_MODELS, some minutes, and writes their counts to docs/counts.jsonl.
+counts:
+	UPDATE_COUNTS=1 cargo test --test cli counts
+
+# Writes the tables between marker comments in docs/ from docs/performance.jsonl and docs/counts.jsonl. A test compares them.
 tables:
 	UPDATE_TABLES=1 cargo test --workspace --test source tables
 

@@ -13,6 +13,7 @@ mod cameras;
 mod commands;
 mod coordinates;
 mod diff;
+mod documented_counts;
 mod golden;
 #[cfg(unix)]
 mod interrupting;

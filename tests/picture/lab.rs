@@ -296,10 +296,7 @@ fn rows_are_of_complete_repetitions() {
         }
     }
     // Cancelled in the second repetition; in the first, which measures more, there is no row.
-    assert!(
-        repeats.len() > 16 && repeats.iter().all(|&repeat| repeat == 1),
-        "{repeats:?} of {polls} polls"
-    );
+    assert!(repeats.len() > 16 && repeats.iter().all(|&repeat| repeat == 1), "{repeats:?} of {polls} polls");
 }
 
 fn sweep_rows(name: &str, epsilons: &[f32]) -> Vec<Measurement> {

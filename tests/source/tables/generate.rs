@@ -8,6 +8,9 @@ use super::measured_rows::{Rows, Shown, rate, source};
 pub const NAMES: [&str; 11] =
     ["ready", "ready-one", "costs", "trees", "memory", "rays", "single", "robust", "engines", "picture", "paper"];
 
+/// Every sentence, with the part of the rows that it is about.
+const SENTENCES: [(&str, &str); 3] = [("picture-range", "picture"), ("costs-range", "tree"), ("paper-range", "paper")];
+
 /// Settings with their names in tables.
 const SETTINGS: [Setting; 19] = [
     ("bvhscope", "box swift", "Swift"),
@@ -55,6 +58,10 @@ type Maker = fn(&[&Value], &Rows, Shown<'_>) -> Lines;
 /// such table.
 pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
     let (name, shown) = Shown::parse(marker);
+    if let Some((_, part)) = SENTENCES.into_iter().find(|(sentence, _)| *sentence == name) {
+        let newest = rows.newest(part, shown);
+        return Ok((!newest.is_empty()).then(|| sentence(name, &newest)));
+    }
     let (part, lines): (&str, Maker) = match name {
         "ready" => ("build", |rows, _, _| ready(rows, most_threads(rows))),
         "ready-one" => ("build", |rows, _, _| ready(rows, 1)),
@@ -117,7 +124,7 @@ fn contents(name: &str, rows: &[&Value]) -> String {
              rays of ambient occlusion from each hit, with the setting that is soonest there.",
             most_threads(rows)
         ),
-        _ => format!("Threshold 6, ε 0.2, 1024×1024 primary rays from the default camera{repeat}; ratio of box to sphere."),
+        _ => format!("Threshold 6, ε 0.2, 1024×1024 primary rays from outside{repeat}; ratio of box to sphere."),
     }
 }
 
@@ -334,23 +341,29 @@ fn engines(scenes: &[Scene<'_>]) -> Lines {
     by_setting(scenes, &columns, ratio)
 }
 
+/// The time of an engine's soonest picture of so many rays of ambient occlusion from each hit, with the name of the setting behind the label.
+fn soonest(
+    scene: &Scene<'_>,
+    (engine, label): (&str, &str),
+    threads: u64,
+    samples: u64,
+) -> Option<(f64, &'static str)> {
+    let timed = SETTINGS.iter().filter(|setting| setting.0 == engine).filter_map(|setting| {
+        let is_it = |row: &Value| row["threads"] == threads && row["samples"] == samples;
+        let name = setting.2.strip_prefix(label).unwrap_or(setting.2).trim();
+        Some((scene.number(setting, "picture_ms", is_it)?, name))
+    });
+    timed.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// For each number of rays the time of each engine's soonest setting, with the setting's name.
 fn pictures(rows: &[&Value]) -> Lines {
     let threads = most_threads(rows);
     let scenes = Scene::all(rows);
-    let soonest = |scene: &Scene<'_>, (engine, label): (&str, &str), samples: u64| {
-        let of_engine = SETTINGS.iter().filter(|setting| setting.0 == engine);
-        let timed = of_engine.filter_map(|setting| {
-            let is_it = |row: &Value| row["threads"] == threads && row["samples"] == samples;
-            Some((
-                scene.number(setting, "picture_ms", is_it)?,
-                setting.2.strip_prefix(label).unwrap_or(setting.2).trim(),
-            ))
-        });
-        timed.min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let measured: Vec<_> =
-        ENGINES.into_iter().filter(|&engine| scenes.iter().any(|scene| soonest(scene, engine, 1).is_some())).collect();
+    let measured: Vec<_> = ENGINES
+        .into_iter()
+        .filter(|&engine| scenes.iter().any(|scene| soonest(scene, engine, threads, 1).is_some()))
+        .collect();
     let mut lines = Lines::new();
     for (samples, title) in [(1, "1 ray a hit"), (16, "16 rays a hit"), (256, "256 rays a hit")] {
         if !lines.is_empty() {
@@ -360,7 +373,7 @@ fn pictures(rows: &[&Value]) -> Lines {
         lines.push([title.to_owned()].into_iter().chain(titles).collect());
         let mut ratios = vec![Vec::new(); measured.len()];
         for scene in &scenes {
-            let times: Vec<_> = measured.iter().map(|&engine| soonest(scene, engine, samples)).collect();
+            let times: Vec<_> = measured.iter().map(|&engine| soonest(scene, engine, threads, samples)).collect();
             for (ratios, time) in ratios.iter_mut().zip(&times) {
                 ratios.extend(time.zip(times[0]).map(|(time, own)| time.0 / own.0));
             }
@@ -374,6 +387,55 @@ fn pictures(rows: &[&Value]) -> Lines {
         );
     }
     lines
+}
+
+/// What the rows of a table say, as one sentence.
+fn sentence(name: &str, rows: &[&Value]) -> String {
+    let (scenes, threads) = (Scene::all(rows), most_threads(rows));
+    match name {
+        "picture-range" => {
+            // Of Embree 3's soonest picture over this engine's.
+            let range = |samples: u64| {
+                let of = |scene: &Scene<'_>, engine| soonest(scene, (engine, ""), threads, samples).map(|(ms, _)| ms);
+                range_of(scenes.iter().filter_map(|scene| Some(of(scene, "embree")? / of(scene, "bvhscope")?)))
+            };
+            format!(
+                "With 256 rays of ambient occlusion from each hit, Embree 3 takes {} times as long as this engine, with 16 rays {},\nand \
+                 with one ray {}: there the build decides, and LOW is ready first.\n",
+                range(256),
+                range(16),
+                range(1)
+            )
+        }
+        "paper-range" => {
+            let boxes = rows.iter().filter(|row| row["container"] == "box" && row["traversal"] == "ordered");
+            let ratio = |row: &&Value| Some(row["trace_ms"].as_f64()? / row["wide_trace_ms"].as_f64()?);
+            format!(
+                "Pictures are traced in packets through the wide tree made from it, {} times as fast for boxes.\n",
+                range_of(boxes.filter_map(ratio))
+            )
+        }
+        _ => {
+            let scenes = tree_scenes(rows);
+            let of_peer = |peer: &'static str| {
+                let of = move |scene: &Scene<'_>, name: &str| column(scene, setting_of(name)?, "sah_cost");
+                range_of(scenes.iter().filter_map(move |scene| Some(of(scene, "Best")? / of(scene, peer)?)))
+            };
+            format!(
+                "SAH costs of Best are {} of those of Embree MEDIUM, {} of tinybvh's and {} of tinybvh HQ's.\n",
+                of_peer(BASE),
+                of_peer("tinybvh"),
+                of_peer("tinybvh HQ")
+            )
+        }
+    }
+}
+
+/// "0.60 to 1.38".
+fn range_of(values: impl Iterator<Item = f64>) -> String {
+    let values: Vec<f64> = values.collect();
+    let [least, most] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| values.iter().copied().reduce(of));
+    format!("{} to {}", ratio(least.unwrap_or(f64::NAN)), ratio(most.unwrap_or(f64::NAN)))
 }
 
 /// Results of the paper for its scenes, boxes and spheres: build and trace time in milliseconds, tests per ray.

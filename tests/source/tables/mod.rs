@@ -1,4 +1,5 @@
-//! The tables of measurements in the documentation are generated from `docs/performance.jsonl`: no figure is typed.
+//! The tables of measurements in the documentation are generated from `docs/performance.jsonl`, those of counts from
+//! `docs/counts.jsonl` ([`count_rows`]): no figure is typed. Tables of numbers that are neither are listed, so that no other is added.
 //!
 //! `make tables` (`UPDATE_TABLES=1 cargo test --workspace --test source tables`) writes them anew. A table stands between the lines
 //! `<!-- table: NAME -->` and `<!-- end of table -->`, where NAME may be followed by `large`: then it shows scenes of 2 million
@@ -6,6 +7,7 @@
 //! any. Each table comes from the newest run that measured what it shows; before there is one,
 //! the text between the lines stays as it is.
 
+mod count_rows;
 mod generate;
 mod measured_rows;
 #[path = "../../../benches/peers/newest.rs"]
@@ -15,12 +17,14 @@ mod packed;
 
 use std::path::Path;
 
+use count_rows::Counts;
 use generate::table;
 use measured_rows::{Rows, Shown};
 use serde_json::Value;
 
 /// Documents with tables.
-const DOCUMENTS: [&str; 2] = ["docs/performance.md", "docs/paper.md"];
+const DOCUMENTS: [&str; 4] = ["docs/performance.md", "docs/paper.md", "docs/containers.md", "README.md"];
+const COUNTS: &str = "docs/counts.jsonl";
 const ROWS: &str = "docs/performance.jsonl";
 const PINNED: &str = "tests/picture/pinned_trees.txt";
 const BEGIN: &str = "<!-- table: ";
@@ -31,8 +35,12 @@ fn text_of(path: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// `document` with the tables that `rows` give, and how many there are; a message where a marker is wrong.
-fn with_tables(document: &str, rows: &Rows) -> Result<(String, usize), String> {
+fn counts() -> Counts {
+    Counts::parse(&text_of(COUNTS)).unwrap()
+}
+
+/// `document` with the tables that `rows` and `counts` give, and how many there are; a message where a marker is wrong.
+fn with_tables(document: &str, rows: &Rows, counts: &Counts) -> Result<(String, usize), String> {
     let mut text = String::new();
     let (mut lines, mut tables) = (document.lines(), 0);
     while let Some(line) = lines.next() {
@@ -52,7 +60,11 @@ fn with_tables(document: &str, rows: &Rows) -> Result<(String, usize), String> {
                 _ => return Err(format!("the table '{name}' has no end")),
             }
         }
-        text.push_str(&table(name, rows)?.unwrap_or(old));
+        let table = match name.strip_prefix("counts ") {
+            Some(marker) => Some(counts.table(marker)?),
+            None => table(name, rows)?,
+        };
+        text.push_str(&table.unwrap_or(old));
         text.extend([END, "\n"]);
         tables += 1;
     }
@@ -61,19 +73,55 @@ fn with_tables(document: &str, rows: &Rows) -> Result<(String, usize), String> {
 
 #[test]
 fn tables_of_the_documentation_come_from_the_measured_rows() {
-    let rows = Rows::parse(&text_of(ROWS)).unwrap();
-    let mut count = 0;
+    let (rows, counts) = (Rows::parse(&text_of(ROWS)).unwrap(), counts());
+    let (mut count, mut sentences) = (0, 0);
     for document in DOCUMENTS {
         let old = text_of(document);
-        let (new, tables) = with_tables(&old, &rows).unwrap_or_else(|error| panic!("{document}: {error}"));
+        let (new, tables) = with_tables(&old, &rows, &counts).unwrap_or_else(|error| panic!("{document}: {error}"));
         count += tables;
+        sentences += counts.check_sentences(&old).unwrap_or_else(|error| panic!("{document}: {error}"));
         if std::env::var_os("UPDATE_TABLES").is_some() {
             std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join(document), new).unwrap();
         } else {
-            assert!(old == new, "{document}: a table is not what {ROWS} gives; `make tables` writes it anew");
+            assert!(
+                old == new,
+                "{document}: a table is not what {ROWS} or {COUNTS} gives; `make tables` writes it anew"
+            );
         }
     }
-    assert!(count >= 5, "there are only {count} tables");
+    assert!(count >= 10 && sentences >= 5, "there are only {count} tables and {sentences} numbers of sentences");
+}
+
+/// Tables of measurements whose rows were not kept: each is below the words that say how it was made.
+const WITHOUT_ROWS: [&str; 9] = [
+    "  | scene | file | camera |",
+    "| cores | build | from",
+    "| scene | 2 cores | 4 |",
+    "| rays | hair box |",
+    "| part | instructions |",
+    "  | order | bunny |",
+    "| update | boxes |",
+    "| refit, instructions",
+    "| update | dragon,",
+];
+
+#[test]
+fn every_table_of_measurements_comes_from_rows_or_is_listed() {
+    let has_decimals = |line: &str| {
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        line.char_indices()
+            .any(|(at, c)| c == '.' && digit(line[..at].chars().last()) && digit(line[at + 1..].chars().next()))
+    };
+    for document in DOCUMENTS {
+        let (mut in_table, mut head): (bool, Option<&str>) = (false, None);
+        for line in text_of(document).leak().lines() {
+            in_table = (in_table || line.starts_with(BEGIN)) && line != END;
+            head = line.trim_start().starts_with('|').then(|| head.unwrap_or(line));
+            let Some(head) = head.filter(|_| !in_table && has_decimals(line)) else { continue };
+            let is_listed = WITHOUT_ROWS.iter().any(|listed| head.starts_with(listed));
+            assert!(is_listed, "{document}: the table '{head}' comes from no rows");
+        }
+    }
 }
 
 /// The trees are the same on every machine, so that rows of another tree are out of date.
@@ -115,7 +163,8 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
         "before\n{BEGIN}ready -->\nstale\n{END}\nbetween\n{BEGIN}ready simd=avx2 -->\n{END}\nafter\n\
                 {BEGIN}ready large -->\n{END}\n"
     );
-    let (text, tables) = with_tables(&document, &rows).unwrap();
+    let counts = Counts::parse("").unwrap();
+    let (text, tables) = with_tables(&document, &rows, &counts).unwrap();
     assert_eq!(tables, 3);
     let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
     let expected = [
@@ -134,9 +183,9 @@ fn a_table_shows_the_newest_run_without_and_with_a_limit() {
     assert!(text.starts_with("before\n") && text.contains("\nbetween\n") && text.contains("\nafter\n"), "{text}");
     assert!(!text.contains("stale") && !text.contains("old"), "{text}");
     // As the documents' test does: what was written compares equal, and a changed figure does not.
-    assert_eq!(with_tables(&text, &rows).unwrap().0, text);
+    assert_eq!(with_tables(&text, &rows, &counts).unwrap().0, text);
     let changed = text.replace("| 90 |", "| 80 |");
-    assert_ne!(with_tables(&changed, &rows).unwrap().0, changed);
+    assert_ne!(with_tables(&changed, &rows, &counts).unwrap().0, changed);
 }
 
 /// As many numbers as a reader takes in at once.
@@ -192,10 +241,10 @@ fn rows_are_the_same_after_packing() {
 
 #[test]
 fn a_table_without_rows_keeps_its_text_and_a_wrong_marker_is_an_error() {
-    let rows = Rows::parse("").unwrap();
+    let (rows, counts) = (Rows::parse("").unwrap(), Counts::parse("").unwrap());
     for name in generate::NAMES {
         let document = format!("{BEGIN}{name} -->\n| as it was |\n{END}\n");
-        assert_eq!(with_tables(&document, &rows).unwrap(), (document, 1));
+        assert_eq!(with_tables(&document, &rows, &counts).unwrap(), (document, 1));
     }
     for (document, message) in [
         (format!("{BEGIN}nonsense -->\n{END}\n"), "'nonsense' is no table"),
@@ -203,7 +252,7 @@ fn a_table_without_rows_keeps_its_text_and_a_wrong_marker_is_an_error() {
         (format!("{BEGIN}ready\n{END}\n"), "does not end with"),
         (format!("{END}\n"), "without a beginning"),
     ] {
-        let error = with_tables(&document, &rows).unwrap_err();
+        let error = with_tables(&document, &rows, &counts).unwrap_err();
         assert!(error.contains(message), "{error}");
     }
     assert!(Rows::parse("{\"part\":\"build\"}\n").unwrap_err().contains("line 1"), "a row without its run");
