@@ -58,6 +58,7 @@ fn factor(subject: &Subject, trees: [BuildSettings; 2], rounds: usize) -> Option
         simd: SimdLevel::best(),
         repeat: rounds,
         populations: Populations::NONE,
+        epo_samples: None,
     };
     let setups = trees.map(|build| Setup { build, preset: None, threads: 1 });
     let mut rows: Vec<Measurement> = Vec::new();

@@ -33,9 +33,6 @@ use crate::scene::Scene;
 pub use file_tree::FileTree;
 pub use follow::Follow;
 
-/// Number of triangles sampled for the end-point overlap of a large scene.
-pub const EPO_SAMPLES: usize = 2_000;
-
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
 /// overlay's lists and for pages that are partly filled. Nodes of polytopes have 64 bytes instead of 32: 267 by LBVH.
@@ -315,11 +312,11 @@ impl Accel {
         Ok(self.leaf_triangles.get_or_init(|| triangles))
     }
 
-    /// Computes [`Accel::ancestry`], [`Accel::hash`] and [`Accel::epo`].
+    /// Computes [`Accel::ancestry`], [`Accel::hash`] and the exact [`Accel::epo`].
     pub fn compute_derived(&self, token: &CancelToken) -> Result<(), Cancelled> {
         self.compute_ancestry(token)?;
         self.hash(token)?;
-        self.epo(token).map(|_| ())
+        self.epo(None, token).map(|_| ())
     }
 
     /// [`Accel::ancestry`] that can be cancelled.
@@ -422,13 +419,13 @@ impl Accel {
         with_tree!(&self.tree, tree => path_to_primitive(tree, triangle, primitive_index))
     }
 
-    /// End-point overlap, estimated from a sample on large scenes. The first request takes some tens of milliseconds for a
-    /// million triangles, and seconds where all of them coincide; a UI thread uses [`Accel::known_epo`].
-    pub fn epo(&self, token: &CancelToken) -> Result<EndPointOverlap, Cancelled> {
+    /// End-point overlap: exact, or on request estimated from that many samples, unless it is known already. The first request takes
+    /// about as long as a build; a UI thread uses [`Accel::known_epo`].
+    pub fn epo(&self, samples: Option<usize>, token: &CancelToken) -> Result<EndPointOverlap, Cancelled> {
         if let Some(epo) = self.known_epo() {
             return Ok(epo);
         }
-        let epo = end_point_overlap(&self.tree, &self.scene.triangles, EPO_SAMPLES, token)?;
+        let epo = end_point_overlap(&self.tree, &self.scene.triangles, samples.unwrap_or(usize::MAX), token)?;
         Ok(*self.epo.get_or_init(|| epo))
     }
 

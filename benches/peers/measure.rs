@@ -36,8 +36,6 @@ const PICTURES: [u32; 3] = [1, 16, 256];
 const COUNTED: usize = 16;
 /// Width and height of the picture by which updates are checked.
 const CHECKED_SIZE: u32 = 256;
-/// Triangles from which the end-point overlap of a large scene is estimated.
-const OVERLAP_SAMPLES: usize = 2_000;
 
 /// Parts to be measured, and repetitions.
 pub struct Plan {
@@ -326,7 +324,7 @@ fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) ->
             bytes: judged.bytes,
             overlap: judged.tree.map(|tree| {
                 let tree = AnyTree::Aabb(tree);
-                let overlap = end_point_overlap(&tree, triangles, OVERLAP_SAMPLES, &CancelToken::new());
+                let overlap = end_point_overlap(&tree, triangles, usize::MAX, &CancelToken::new());
                 overlap.expect("the token is never cancelled").value.into()
             }),
         }

@@ -51,6 +51,7 @@ pub fn rows(folder: &Path, repeat: usize) -> anyhow::Result<Vec<Value>> {
                 simd: SimdLevel::of_builds(),
                 repeat,
                 populations: Populations::NONE,
+                epo_samples: None,
             };
             let mut measured = Vec::new();
             bench(&subject, &setups, &view, false, &token, &mut |row: Measurement| measured.push(row))

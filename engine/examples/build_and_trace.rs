@@ -7,9 +7,6 @@ mod meshes;
 use bvhscope_engine::glam::Vec3;
 use bvhscope_engine::{BuildError, BuildSettings, CancelToken, ContainerKind, Preset, Ray, Traversal, build};
 
-/// Triangles sampled for the end-point overlap.
-const EPO_SAMPLES: usize = 2_000;
-
 fn main() -> Result<(), BuildError> {
     let token = CancelToken::new();
     let triangles = meshes::bumpy_ball(70_000);
@@ -28,7 +25,7 @@ fn main() -> Result<(), BuildError> {
                 statistics.nodes,
                 statistics.max_depth,
                 statistics.sah_cost,
-                bvh.end_point_overlap(&triangles, EPO_SAMPLES, &token)?.value,
+                bvh.end_point_overlap(&triangles, usize::MAX, &token)?.value,
                 tests.containers,
                 tests.primitives,
                 hit.map(|hit| (hit.primitive_index, hit.t)),

@@ -13,6 +13,8 @@ use bvhscope_engine::tree_file::{Fault, Header};
 pub struct FileTree {
     /// The file.
     pub path: PathBuf,
+    /// Name of the tree in tables and plots in place of the file's.
+    pub label: Option<String>,
     /// The file's header.
     pub header: Header,
     /// Faults of the tree.

@@ -50,7 +50,7 @@ impl Accel {
             triangle_bytes: size_of_val(&scene.triangles[..]),
         };
         let mut accel = Self::new(scene, &settings, tree, report, NodeRecycler::default());
-        accel.file = Some(FileTree { path: path.to_path_buf(), header, faults, empty_nodes, numbers });
+        accel.file = Some(FileTree { path: path.to_path_buf(), label: None, header, faults, empty_nodes, numbers });
         if passes.contains(Pass::Orient) { accel.oriented(token) } else { Ok(accel) }
     }
 

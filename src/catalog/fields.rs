@@ -10,20 +10,24 @@ use super::values::keys;
 pub type Field = (&'static str, &'static str);
 
 /// The tree that a row measures; in CSV before its settings.
-pub const TREE: [Field; 7] = [
+pub const TREE: [Field; 8] = [
     ("command", "The command that made the row"),
     ("model", "The model as the command line named it"),
     ("triangles", "Number of triangles of the model"),
     ("builder", "Name of the builder; of a tree from a file as the file states it"),
     ("tree", "The file that holds the tree, where it was read; its settings are then absent"),
+    (
+        "label",
+        "Name of the tree: that of `--label`; else of `diff` its settings, and of a file whose name another one has its whole path",
+    ),
     ("preset", "Name of the preset that has these settings, whatever the containers; absent where none has"),
     ("container", "box, sphere, dop or oriented"),
 ];
 
 /// Of `animate`, behind the settings.
 pub const MOTION: [Field; 4] = [
-    ("policy", "Of `animate`: the policy by which the tree follows the model"),
-    ("clip", "Of `animate`, and of `render` with `--time` or `--frames`: name of the clip"),
+    ("policy", "Of `animate`, and of others with `--policy`: the policy by which the tree follows the model"),
+    ("clip", "Of `animate`, and of others with `--time`, `--clip` or `--frames`: name of the clip"),
     ("frame", "Of `animate`: the frame, from 0"),
     ("time_s", "Time of the clip in seconds"),
 ];
@@ -133,6 +137,12 @@ const OWN: [(&str, &[Field]); 6] = [
                  where there are none",
             ),
             ("scene_bytes", "Bytes of the model in memory"),
+            (
+                "by_depth",
+                "The nodes at each depth: nodes, leaves, area (sum of their surface areas over the root's, the expected visits by a \
+                 random line that meets the root), sah_cost (their part of it), empty_space (of interior nodes the part of \
+                 their surface that the children do not fill, on average by area) and visits by the rays of each population of `--rays`",
+            ),
             ("findings", "Findings of the diagnosis"),
         ],
     ),
@@ -180,7 +190,10 @@ const OWN: [(&str, &[Field]); 6] = [
         &[
             ("a", "The row of tree A"),
             ("b", "The row of tree B"),
-            ("difference", "Numbers of B minus those of A"),
+            (
+                "difference",
+                "Numbers of B minus those of A, of populations tests_per_entering_ray under names such as `ao_tests_per_entering_ray`",
+            ),
             ("survived_nodes", "Nodes of A that B has too, leaves included"),
             ("survived_share", "The same as a fraction of all nodes of A"),
             ("survived_interior", "Interior nodes of A that B has too"),
@@ -188,6 +201,7 @@ const OWN: [(&str, &[Field]); 6] = [
             ("pixels_fewer", "Pixels with fewer tests in B"),
             ("pixels_same", "Pixels with as many"),
             ("pixels_more", "Pixels with more"),
+            ("by_depth", "The nodes of A and of B at each depth, as `by_depth` of `info`"),
             ("difference_range", "Differences at the two ends of the picture's colours"),
         ],
     ),

@@ -16,7 +16,6 @@ mod values;
 
 use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -30,7 +29,7 @@ use crate::lab::Job;
 use crate::scene::LoadOptions;
 use crate::text::without_middle;
 use crate::threads::start_global_pool;
-use args::{Cli, CommandArgs, MeasureArgs};
+use args::{Cli, CommandArgs, MeasureArgs, TreesFromFilesArgs};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::ContainerKind;
@@ -150,23 +149,21 @@ fn run_command(
         }
         CommandArgs::Bench(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &ContainerKind::OF_PAPER);
-            measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.files.trees, args.measure, &mut context)
+            measure(Job::Bench { setups, no_bvh: args.no_bvh }, args.files, args.measure, &mut context)
         }
         CommandArgs::Scaling(args) => {
             let setups = resolve::setups(&args.tree, &args.measure, &[ContainerKind::Aabb]);
             let job = Job::Scaling { setups, max_threads: threads, predict: args.predict };
-            measure(job, Vec::new(), args.measure, &mut context)
+            measure(job, TreesFromFilesArgs::default(), args.measure, &mut context)
         }
         CommandArgs::Animate(args) => {
             let (setups, plan) = resolve::animate(&args);
-            measure(Job::Animate { setups, plan }, Vec::new(), args.measure, &mut context)
+            measure(Job::Animate { setups, plan }, TreesFromFilesArgs::default(), args.measure, &mut context)
         }
-        CommandArgs::Sweep(args) => {
-            measure(Job::Sweep(resolve::sweep(&args)), args.files.trees, args.measure, &mut context)
-        }
+        CommandArgs::Sweep(args) => measure(Job::Sweep(resolve::sweep(&args)), args.files, args.measure, &mut context),
         CommandArgs::Compare(args) => {
             let job = Job::Compare { containers: args.container.0, slow: args.slow, threads };
-            measure(job, args.files.trees, args.measure, &mut context)
+            measure(job, args.files, args.measure, &mut context)
         }
     };
     // Also after a failure: rows that were measured are printed.
@@ -190,8 +187,13 @@ fn usable_threads(requested: Option<usize>) -> usize {
     threads
 }
 
-fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    crate::headless::measure::run(&resolve::measure(job, trees, args), context)
+fn measure(
+    job: Job,
+    files: TreesFromFilesArgs,
+    args: MeasureArgs,
+    context: &mut Context<'_>,
+) -> Result<Finished, Failure> {
+    crate::headless::measure::run(&resolve::measure(job, files, args), context)
 }
 
 #[cfg(feature = "gui")]

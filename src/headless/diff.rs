@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use super::legend;
-use super::measure::{TraceChoice, of_job};
+use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
 use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
@@ -17,16 +17,19 @@ use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::numbers::rows::{LEAVES, NODES};
+use crate::catalog::settings::short_name;
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, check_target, wrong_ending};
+use crate::lab::by_depth::Depth;
 use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
-use crate::lab::report_table::{difference_table, number};
+use crate::lab::report_table::{depth_table, difference_table, number};
+use crate::lab::rows::write_csv;
 use crate::lab::{Contender, Measurement, Setup, Subject};
 use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};
-use crate::text::count;
+use crate::text::{count, shown_path};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Passes};
@@ -62,8 +65,12 @@ pub struct DiffCommand {
     pub output: Option<PathBuf>,
     /// Draw a legend below the picture; `None` where it is wide enough.
     pub legend: Option<bool>,
-    /// Print one JSON object instead of the table.
-    pub json: bool,
+    /// Names of A and B; those without are named by their settings or files.
+    pub labels: Vec<String>,
+    /// Rays by which they are compared too.
+    pub populations: Populations,
+    /// How the numbers are printed, and files for both rows.
+    pub rows: Output,
 }
 
 /// The JSON object that `--json` prints.
@@ -75,7 +82,7 @@ struct DiffSummary<'a> {
     a: &'a Measurement,
     b: &'a Measurement,
     /// B minus A. Without costs where the containers differ, because these do not compare.
-    difference: BTreeMap<&'static str, f64>,
+    difference: BTreeMap<String, f64>,
     /// Nodes of A that B has too, leaves included, and as a fraction of all nodes of A.
     survived_nodes: usize,
     survived_share: f64,
@@ -86,6 +93,8 @@ struct DiffSummary<'a> {
     pixels_fewer: u64,
     pixels_same: u64,
     pixels_more: u64,
+    /// The nodes of A and of B at each depth.
+    by_depth: &'a [Vec<Depth>; 2],
     /// Differences at the two ends of the picture's colours.
     difference_range: [f32; 2],
     output: Option<&'a Path>,
@@ -103,10 +112,8 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
-    if let Some(path) = &command.output {
-        check_target(path, &read)?;
-    }
-    let view = command.trace.view(&command.camera, &scene, Populations::NONE)?;
+    check_files(command, &read)?;
+    let view = command.trace.view(&command.camera, &scene, command.populations)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
     let warned = has_faults || !scene.warnings.is_empty();
     let load = context.load.clone();
@@ -117,7 +124,10 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.output {
         write_picture(path, command, &found, &read, &context.token)?;
     }
-    if command.json {
+    write_files(&command.rows, &found.rows, false, &read)?;
+    if command.rows.prints_csv() {
+        ignore_missing_reader(write_csv(&found.rows, context.out).map_err(std::io::Error::other))?;
+    } else if command.rows.json {
         let text = serde_json::to_string(&summary(command, &subject, &found))
             .map_err(|error| Failure::Failed(error.to_string()))?;
         ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
@@ -135,8 +145,12 @@ fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
             let text = "the file must end in .png: no other format is written here";
             return Err(Failure::Usage(wrong_ending(path, text)));
         }
-        check_target(path, read)?;
     }
+    if command.labels.len() > command.trees.len() {
+        return Err(Failure::Usage("--label: A and B take a label each, no more".to_owned()));
+    }
+    command.rows.check()?;
+    check_files(command, read)?;
     for tree in &command.trees {
         if let DiffTree::Built(build) = tree
             && let Some(text) = build.refusal(0)
@@ -148,6 +162,16 @@ fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
     Budget::of_process()
         .check(&format!("a picture of {width}x{height} pixels"), width * height * BYTES_A_PIXEL)
         .map_err(|error| Failure::Failed(error.to_string()))
+}
+
+/// Checks that all files can be written, are different files and none of those `read`.
+fn check_files(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
+    let mut protected = read.clone();
+    if let Some(path) = &command.output {
+        check_target(path, read)?;
+        protected.add_output(path);
+    }
+    check_outputs(&command.rows, &protected)
 }
 
 /// The two trees to measure, and `true` where a file holds one with faults.
@@ -168,8 +192,29 @@ fn contenders(
         })
     };
     let [a, b] = &command.trees;
-    let trees = [contender(a)?, contender(b)?];
+    let mut trees = [contender(a)?, contender(b)?];
+    for (tree, label) in trees.iter_mut().zip(labels(command)) {
+        tree.label = label;
+    }
     Ok((trees, has_faults))
+}
+
+/// Names of A and B: those given, else the settings of one that is built; `None` for the name of its file.
+fn labels(command: &DiffCommand) -> [Option<String>; 2] {
+    let name = |tree: &DiffTree| match tree {
+        DiffTree::Built(build) => short_name(build),
+        DiffTree::File(path) => shown_path(path),
+    };
+    let names = command.trees.each_ref().map(name);
+    let are_namesakes = names[0] == names[1];
+    std::array::from_fn(|side| {
+        let of_side = || match &command.trees[side] {
+            _ if are_namesakes => Some(["A", "B"][side].to_owned()),
+            DiffTree::Built(_) => Some(names[side].clone()),
+            DiffTree::File(_) => None,
+        };
+        command.labels.get(side).cloned().or_else(of_side)
+    })
 }
 
 /// Writes the picture of the difference with its legend.
@@ -198,13 +243,20 @@ fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDi
     });
     let [fewer, same, more] = found.map.pixels;
     let [nodes, interior] = shares(found);
+    let mut difference: BTreeMap<String, f64> =
+        comparable.map(|number| (number.key.to_owned(), short(b.number(number) - a.number(number)))).collect();
+    for (of_a, of_b) in a.populations.iter().zip(&b.populations) {
+        if let (Some(before), Some(now)) = (of_a.tests_per_entering_ray, of_b.tests_per_entering_ray) {
+            difference.insert(format!("{}_tests_per_entering_ray", of_a.population.name()), now - before);
+        }
+    }
     DiffSummary {
         command: "diff",
         model: &subject.model,
         triangles: a.triangles,
         a,
         b,
-        difference: comparable.map(|number| (number.key, short(b.number(number) - a.number(number)))).collect(),
+        difference,
         survived_nodes: found.survival.nodes,
         survived_share: nodes,
         survived_interior: found.survival.interior,
@@ -212,6 +264,7 @@ fn summary<'a>(command: &'a DiffCommand, subject: &'a Subject, found: &'a TreeDi
         pixels_fewer: fewer,
         pixels_same: same,
         pixels_more: more,
+        by_depth: &found.by_depth,
         difference_range: [-found.map.limit, found.map.limit],
         output: command.output.as_deref(),
         command_line: command_line(),
@@ -236,9 +289,12 @@ fn text(found: &TreeDifference) -> String {
     let [fewer, same, more] = found.map.pixels;
     let all = (fewer + same + more).max(1) as f64;
     let percent = |pixels: u64| number(pixels as f64 / all * 100.0);
+    let sums = found.rows.each_ref().map(|row| row.populations.iter().collect::<Vec<_>>());
+    let [a, b] = &found.by_depth;
+    let depths = depth_table(&[("A", a, &sums[0]), ("B", b, &sums[1])]);
     format!(
         "{}Nodes of A that B has too, with the same triangles below: {} of {} ({nodes} %); of the interior nodes {interior} %.\n\
-         Pixels: B takes fewer tests in {} %, as many in {} %, more in {} %.\n",
+         Pixels: B takes fewer tests in {} %, as many in {} %, more in {} %.\n\n{depths}",
         difference_table(&found.rows),
         count(found.survival.nodes as u64),
         count(found.rows[0].values.count(NODES)),

@@ -6,20 +6,23 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::accel::Accel;
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, Follow};
 use crate::camera::Camera;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::reading::TreeReading;
 use crate::catalog::settings::{OPTIMIZE, Setting, Value};
 use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
+use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays, few_entering};
-use crate::lab::report_table::number;
+use crate::lab::report_table::{depth_table, number};
 use crate::lab::{Conditions, ViewConditions};
 use crate::render::RenderSettings;
 use crate::scene::{Clip, Scene, SceneSource};
@@ -42,8 +45,14 @@ pub struct InfoCommand {
     pub triangles: Option<PathBuf>,
     /// Rays by which the visits of the nodes are counted.
     pub rays: Populations,
-    /// The view that they belong to.
+    /// Number of samples of which the end-point overlap is estimated; exact without.
+    pub epo_samples: Option<usize>,
+    /// The view that the rays belong to.
     pub camera: CameraChoice,
+    /// The moment of a model that moves.
+    pub moments: MomentChoice,
+    /// How the tree of the moment is made.
+    pub follow: Follow,
     /// Print one JSON object instead of the text.
     pub json: bool,
 }
@@ -94,6 +103,9 @@ struct Info {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     clips: Vec<Clip>,
     scene_bytes: usize,
+    /// The moment of a model that moves.
+    #[serde(flatten)]
+    moment: Option<ShownMoment>,
     #[serde(flatten)]
     tree: TreeNumbers,
     /// Size of the view of the populations.
@@ -104,6 +116,8 @@ struct Info {
     repeat: usize,
     #[serde(flatten)]
     conditions: Conditions,
+    /// The nodes at each depth.
+    by_depth: Vec<Depth>,
     /// Visits by rays of each population that was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     populations: Vec<VisitNumbers>,
@@ -116,13 +130,14 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
+    check_follow(command.follow, &command.build, &command.moments)?;
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.tree.path()));
     read.add_standard_streams();
     if let Some(path) = &command.triangles {
         check_target(path, &read)?;
     }
-    let scene = context.load(&command.source)?;
+    let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     if let Some(path) = &command.triangles {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         read.add_read(&scene.files_read);
@@ -168,14 +183,16 @@ struct Found {
     accel: Arc<Accel>,
     findings: Vec<Finding>,
     populations: Vec<VisitNumbers>,
+    by_depth: Vec<Depth>,
 }
 
 impl Found {
     /// Builds or reads the tree, diagnoses model and tree, and measures the visits of its nodes.
     fn of(command: &InfoCommand, scene: &Arc<Scene>, camera: &Camera, token: &CancelToken) -> Result<Self, Failure> {
-        let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, token)?);
+        let follow = (command.follow, &mut FollowSession::default());
+        let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, follow, token)?);
         accel.widen(token)?;
-        let epo = accel.epo(token)?;
+        let epo = accel.epo(command.epo_samples, token)?;
         let mut findings = diagnose_scene(scene, token)?;
         findings.extend(diagnose_tree(&accel, epo));
         let visits_of = |population| {
@@ -184,12 +201,14 @@ impl Found {
             Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
         };
         let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(Self { accel, findings, populations })
+        let visits = populations.iter().map(|of| (of.sums.population, &of.node_visits[..]));
+        let by_depth = by_depth(&accel, visits, token)?;
+        Ok(Self { accel, findings, populations, by_depth })
     }
 
     /// The same as the object that is printed.
     fn info(self, command: &InfoCommand, scene: &Scene, camera: &Camera) -> Info {
-        let Self { accel, findings, populations } = self;
+        let Self { accel, findings, populations, by_depth } = self;
         let has_rays = command.rays != Populations::NONE;
         let attributes = scene.attributes.as_ref();
         let triangles = scene.triangles.len();
@@ -212,6 +231,7 @@ impl Found {
             scenes: scene.scene_names.clone(),
             clips: scene.motion.as_ref().map(|motion| motion.clips.clone()).unwrap_or_default(),
             scene_bytes: scene.bytes(),
+            moment: ShownMoment::of(&accel),
             tree: TreeNumbers::new(&accel, &accel.reading()),
             width_px: has_rays.then_some(VIEW_PX[0]),
             height_px: has_rays.then_some(VIEW_PX[1]),
@@ -220,6 +240,7 @@ impl Found {
                 has_rays.then(|| ViewConditions::new(command.camera.place(scene), camera, scene.offset)),
                 RenderSettings::default().simd,
             ),
+            by_depth,
             populations,
             warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
             findings,
@@ -282,6 +303,8 @@ fn print_text(
     print_model(info, out)?;
     print_tree(info, builder, reading, out)?;
     print_rays(info, out)?;
+    let sums: Vec<&MeasuredRays> = info.populations.iter().map(|of| &of.sums).collect();
+    write!(out, "{}", depth_table(&[("", &info.by_depth, &sums)]))?;
     if !info.warnings.is_empty() {
         writeln!(out, "warnings")?;
         info.warnings.iter().try_for_each(|warning| writeln!(out, "  {warning}"))?;
@@ -318,6 +341,9 @@ fn print_model(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()>
     }
     if !info.clips.is_empty() {
         line(out, "clips", clip_names(&info.clips))?;
+    }
+    if let Some(moment) = &info.moment {
+        line(out, "moment", moment.text())?;
     }
     if info.offset != [0.0; 3] {
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::moments::MomentChoice;
 use super::picture::note_written;
 use super::progress::Progress;
 use super::tree_origin::note_faults;
@@ -20,7 +21,7 @@ use crate::lab::report_table::{TableFormat, few_entering, summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Moment, Scene, SceneSource};
-use crate::text::{counted, printable};
+use crate::text::{counted, printable, shown_path};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
@@ -45,8 +46,16 @@ pub struct Output {
 }
 
 impl Output {
+    /// Fails where both JSON and CSV would be printed, or the plot has another ending than those that are drawn.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.json && self.prints_csv() {
+            return Err(Failure::Usage("--json and --csv - both write to standard output: leave one out".to_owned()));
+        }
+        self.plot.as_ref().map_or(Ok(()), |path| PlotFormat::of(path).map(|_| ()).map_err(Failure::Usage))
+    }
+
     /// Whether the rows are printed as CSV.
-    fn prints_csv(&self) -> bool {
+    pub(super) fn prints_csv(&self) -> bool {
         self.csv.as_deref().is_some_and(|path| path == Path::new(STDOUT))
     }
 
@@ -67,6 +76,8 @@ pub struct TraceChoice {
     pub simd: SimdLevel,
     /// Number of repetitions.
     pub repeat: usize,
+    /// Number of samples of which the end-point overlap is estimated; exact without.
+    pub epo_samples: Option<usize>,
 }
 
 impl TraceChoice {
@@ -77,9 +88,9 @@ impl TraceChoice {
         scene: &Scene,
         populations: Populations,
     ) -> Result<TraceView, Failure> {
-        let Self { size, traversal, simd, repeat } = *self;
+        let Self { size, traversal, simd, repeat, epo_samples } = *self;
         let (place, camera) = (camera.place(scene), camera_of(camera, scene)?);
-        Ok(TraceView { camera, place, size, traversal, simd, repeat, populations })
+        Ok(TraceView { camera, place, size, traversal, simd, repeat, populations, epo_samples })
     }
 }
 
@@ -92,6 +103,10 @@ pub struct MeasureCommand {
     pub job: Job,
     /// Files with trees of the model to measure beside those that are built.
     pub trees: Vec<PathBuf>,
+    /// Names of these trees in tables and plots, in their order; those without are named by their files.
+    pub labels: Vec<String>,
+    /// The moment of models that move.
+    pub moments: MomentChoice,
     /// The cameras from which each model is measured.
     pub cameras: Vec<CameraChoice>,
     /// How the rays are traced.
@@ -102,18 +117,30 @@ pub struct MeasureCommand {
     pub output: Output,
 }
 
+impl MeasureCommand {
+    /// The label of the tree of one of `paths`: the given one, or the whole path where another file has the same name.
+    fn label(&self, index: usize, paths: &[&Path]) -> Option<String> {
+        let path = paths[index];
+        let is_namesake = |other: &&Path| other.file_name() == path.file_name() && *other != path;
+        let whole = || paths.iter().any(is_namesake).then(|| shown_path(path));
+        self.labels.get(index).cloned().or_else(whole)
+    }
+}
+
 /// Measures one model after another. Of several models none may be missing; one that cannot be used is reported and skipped, and
 /// the command fails at the end. Rows measured before an early end are still printed and written.
 pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     if let Some(text) = command.job.refusal() {
         return Err(Failure::Usage(text));
     }
-    if command.output.json && command.output.prints_csv() {
-        return Err(Failure::Usage("--json and --csv - both write to standard output: leave one out".to_owned()));
+    if command.labels.len() > command.trees.len() {
+        return Err(Failure::Usage(format!(
+            "{} for {}: each --label names the tree of a --tree",
+            counted(command.labels.len() as u64, "labels"),
+            counted(command.trees.len() as u64, "trees")
+        )));
     }
-    if let Some(path) = &command.output.plot {
-        PlotFormat::of(path).map_err(Failure::Usage)?;
-    }
+    command.output.check()?;
     // Before the first of them is measured, which may take hours.
     let missing: Vec<_> =
         command.sources.iter().filter(|source| source.is_missing()).map(ToString::to_string).collect();
@@ -164,7 +191,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
 }
 
 /// Checks that both outputs can be written, are two files and none of those `read`.
-fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
+pub(super) fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
     let mut protected = read.clone();
     for path in output.csv_file().into_iter().chain(&output.plot) {
         check_target(path, &protected)?;
@@ -174,7 +201,12 @@ fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
 }
 
 /// Writes the CSV file and the plot; after an early end only if there are rows. Both are attempted even if one fails.
-fn write_files(output: &Output, rows: &[Measurement], ended_early: bool, read: &Protected) -> Result<(), Failure> {
+pub(super) fn write_files(
+    output: &Output,
+    rows: &[Measurement],
+    ended_early: bool,
+    read: &Protected,
+) -> Result<(), Failure> {
     let mut protected = read.clone();
     let mut written = Ok(());
     if let Some(path) = output.csv_file().filter(|_| !(ended_early && rows.is_empty())) {
@@ -240,7 +272,7 @@ impl Run<'_> {
         if !command.job.concerns(index, command.sources.len()) {
             return Ok(());
         }
-        let mut scene = context.load(source)?;
+        let mut scene = command.moments.first(context.load(source)?, &context.token)?;
         if let Job::Animate { plan, .. } = &command.job {
             scene = at_start(scene, plan, &context.token)?;
         }
@@ -304,9 +336,15 @@ impl Run<'_> {
         context: &Context<'_>,
     ) -> Result<Vec<Arc<Accel>>, Failure> {
         let own = source.path().filter(|_| scene.has_tree && matches!(self.command.job, Job::Compare { .. }));
-        let paths = self.command.trees.iter().map(PathBuf::as_path).chain(own);
+        let paths: Vec<&Path> = self.command.trees.iter().map(PathBuf::as_path).chain(own).collect();
         let token = &context.token;
-        let read = paths.map(|path| Ok(Arc::new(in_pool(|| Accel::read(scene, path, Passes::NONE, token))?)));
+        let read = paths.iter().enumerate().map(|(index, path)| {
+            let mut accel = in_pool(|| Accel::read(scene, path, Passes::NONE, token))?;
+            if let Some(file) = &mut accel.file {
+                file.label = self.command.label(index, &paths);
+            }
+            Ok(Arc::new(accel))
+        });
         let mut trees = read.collect::<Result<Vec<_>, Failure>>()?;
         for accel in &trees {
             self.finished.warned |= note_faults(accel);

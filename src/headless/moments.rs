@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::context::{Failure, in_pool};
+use crate::accel::{Accel, Follow};
 use crate::console::note;
 use crate::scene::{Clip, Moment, Scene};
 use crate::text::{number, printable, quoted};
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
 
 /// Most frames of a film.
 const MAX_FRAMES: f32 = 10_000.0;
@@ -137,6 +141,43 @@ impl MomentChoice {
         let at = |times: Times| times.seconds(motion.frame_seconds());
         let seconds = self.times.map_or_else(|| vec![motion.clips[clip].start], at);
         Ok(seconds.into_iter().map(|seconds| Moment { clip, seconds }).collect())
+    }
+}
+
+/// Checks that a tree of these settings can follow to a moment by the policy.
+pub(super) fn check_follow(follow: Follow, build: &BuildSettings, moments: &MomentChoice) -> Result<(), Failure> {
+    if let Some(text) = follow.policy.refusal(build, 0) {
+        return Err(Failure::Usage(text));
+    }
+    if follow != Follow::default() && *moments == MomentChoice::default() {
+        return Err(Failure::Usage("--policy: the pose of the file follows nothing: add --time".to_owned()));
+    }
+    Ok(())
+}
+
+/// The moment that a tree is of, as JSON has it.
+#[derive(Debug, Serialize)]
+pub(super) struct ShownMoment {
+    clip: String,
+    time_s: f32,
+    /// The policy by which the tree follows the model, if it was built at another moment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    policy: Option<&'static str>,
+}
+
+impl ShownMoment {
+    /// `None` of a model in the pose of its file.
+    pub(super) fn of(accel: &Accel) -> Option<Self> {
+        let Moment { clip, seconds } = accel.scene.moment?;
+        let clip = accel.scene.motion.as_ref()?.clips[clip].name.clone();
+        let policy = accel.is_followed().then(|| accel.follow.policy.name());
+        Some(Self { clip, time_s: seconds, policy })
+    }
+
+    /// The moment in words: "0.400 s of clip 'Run', by the policy 'refit'".
+    pub(super) fn text(&self) -> String {
+        let policy = self.policy.map_or_else(String::new, |policy| format!(", by the policy '{policy}'"));
+        format!("{} s of clip {}{policy}", number(self.time_s.into()), quoted(&self.clip))
     }
 }
 

@@ -6,10 +6,12 @@ use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::accel::Accel;
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, Follow};
 use crate::camera::Camera;
 use crate::console::{printable_json, printable_lines};
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
@@ -53,6 +55,10 @@ pub struct RayCommand {
     pub kind: RayKind,
     /// The traversal.
     pub method: RayMethod,
+    /// The moment of a model that moves.
+    pub moments: MomentChoice,
+    /// How the tree of the moment is made.
+    pub follow: Follow,
     /// Print one JSON object instead of the table.
     pub json: bool,
 }
@@ -62,7 +68,8 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
-    let scene = context.load(&command.source)?;
+    check_follow(command.follow, &command.build, &command.moments)?;
+    let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     let request = RayRequest {
         start: match command.start {
             ChosenStart::Pixel(pixel) => RayStart::Pixel(pixel),
@@ -83,7 +90,8 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     let progress = Progress::new("Building", &context.token);
     let token = &context.token;
     let (accel, record) = in_pool(|| {
-        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, token)?);
+        let follow = (command.follow, &mut FollowSession::default());
+        let accel = Arc::new(command.tree.accel(&scene, &command.source, &command.build, follow, token)?);
         let record = record(&accel, &request, token)?;
         Ok::<_, Failure>((accel, record))
     })?;
@@ -134,6 +142,8 @@ struct RaySummary {
     command: &'static str,
     model: String,
     triangles: usize,
+    #[serde(flatten)]
+    moment: Option<ShownMoment>,
     #[serde(flatten)]
     tree: TreeNumbers,
     kind: &'static str,
@@ -210,6 +220,7 @@ impl RaySummary {
             command: "ray",
             model: command.source.to_string(),
             triangles: accel.scene.triangles.len(),
+            moment: ShownMoment::of(accel),
             tree: TreeNumbers::new(accel, &accel.reading()),
             kind: command.kind.name(),
             traversal: command.method.name(),

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::exr::write_distances;
 use super::film::{Film, check_output};
-use super::moments::{MomentChoice, note_lost};
+use super::moments::{MomentChoice, ShownMoment, check_follow, note_lost};
 use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
@@ -95,16 +95,6 @@ struct RenderSummary<'a> {
     warnings: Vec<String>,
 }
 
-/// The moment that a row is of.
-#[derive(Debug, Serialize)]
-struct ShownMoment {
-    clip: String,
-    time_s: f32,
-    /// The policy by which the tree follows the model, if it was built at another moment.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    policy: Option<&'static str>,
-}
-
 /// Renders the frame or the film, writes the files and prints the measurements.
 pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
     let mut read = Protected::default();
@@ -139,7 +129,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
         note_written(path, "hit distances");
     }
     if command.json {
-        in_pool(|| accel.epo(token))?;
+        in_pool(|| accel.epo(None, token))?;
         print(command, &accel, &frame, context.out)?;
     }
     Ok(Finished { warned: has_faults || !scene.warnings.is_empty() })
@@ -172,7 +162,7 @@ fn film(
         warned |= note_lost(&posed, moment.seconds);
         let (accel, picture, frame) = trace(command, &posed, &mut session, &progress, token)?;
         if command.json {
-            accel.epo(token)?;
+            accel.epo(None, token)?;
             print(command, &accel, &frame, out)?;
         }
         match picture {
@@ -200,12 +190,8 @@ fn trace(
     token: &CancelToken,
 ) -> Result<(Arc<Accel>, Picture, Frame), Failure> {
     progress.set_label("Building");
-    let accel = Arc::new(if command.follow == Follow::default() {
-        command.tree.accel(scene, &command.source, &command.build, token)?
-    } else {
-        Accel::follow(scene, &command.build, command.follow, session, token)
-            .map_err(|error| Failure::of_build(error, &command.source))?
-    });
+    let accel = command.tree.accel(scene, &command.source, &command.build, (command.follow, session), token)?;
+    let accel = Arc::new(accel);
     accel.widen(token)?;
     progress.set_label("Tracing");
     let table = Arc::new(NodeTable::new(&accel));
@@ -257,14 +243,7 @@ fn ends_in(path: &Path, extension: &str) -> bool {
 fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
     check_extensions(command)?;
     check_outputs(command, read)?;
-    if let Some(text) = command.follow.policy.refusal(&command.build, 0) {
-        return Err(Failure::Usage(text));
-    }
-    if command.follow != Follow::default() && command.moments == MomentChoice::default() {
-        return Err(Failure::Usage(
-            "--policy: the pose of the file follows nothing: add --time or --frames".to_owned(),
-        ));
-    }
+    check_follow(command.follow, &command.build, &command.moments)?;
     if command.overlay.is_some() && !command.writes("svg") && !cfg!(feature = "gui") {
         return Err(Failure::Failed(
             "--overlay needs the feature 'gui', which this program was built without: leave --overlay out, or write an .svg"
@@ -350,12 +329,6 @@ fn check_memory(command: &RenderCommand) -> Result<(), Failure> {
 }
 
 fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> RenderSummary<'a> {
-    let scene = &accel.scene;
-    let moment = scene.moment.zip(scene.motion.as_ref()).map(|(Moment { clip, seconds }, motion)| ShownMoment {
-        clip: motion.clips[clip].name.clone(),
-        time_s: seconds,
-        policy: accel.is_followed().then(|| accel.follow.policy.name()),
-    });
     let tree = TreeReading { trace: Some(frame.reading()), ..accel.reading() };
     RenderSummary {
         command: "render",
@@ -371,7 +344,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
             frame.settings.simd,
         ),
         samples: frame.samples,
-        moment,
+        moment: ShownMoment::of(accel),
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),
         output: command.output.as_deref(),
         warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),

@@ -4,9 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::context::{Context, Failure, Finished, in_pool};
+use super::moments::{MomentChoice, check_follow};
 use super::picture::check_written;
 use super::progress::Progress;
 use super::tree_origin::{TreeOrigin, note_faults};
+use crate::accel::Follow;
+use crate::accel::followed::FollowSession;
 use crate::export::{Protected, cannot_be_written, check_target, write_file, wrong_ending};
 use crate::scene::SceneSource;
 use crate::text::shown_path;
@@ -28,6 +31,10 @@ pub struct TreeCommand {
     pub wide: bool,
     /// Write the triangles too, so that the file is a model of its own.
     pub with_triangles: bool,
+    /// The moment of a model that moves.
+    pub moments: MomentChoice,
+    /// How the tree of the moment is made.
+    pub follow: Follow,
     /// File to write: a tree file `.bvh`, or the nodes as `.csv` or `.json`.
     pub output: PathBuf,
 }
@@ -69,18 +76,20 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(text) = command.build.refusal(0) {
         return Err(Failure::Usage(text));
     }
+    check_follow(command.follow, &command.build, &command.moments)?;
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.tree.path()));
     read.add_standard_streams();
     check_target(&command.output, &read)?;
-    let scene = context.load(&command.source)?;
+    let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_target(&command.output, &read)?;
     let token = &context.token;
     let progress = Progress::new("Building", token);
     let (accel, wide) = in_pool(|| {
-        let accel = command.tree.accel(&scene, &command.source, &command.build, token)?;
+        let follow = (command.follow, &mut FollowSession::default());
+        let accel = command.tree.accel(&scene, &command.source, &command.build, follow, token)?;
         let wide = if command.wide { accel.widen(token)?.tree.to_tree(&accel.tree, token)? } else { None };
         Ok::<_, Failure>((accel, wide))
     })?;

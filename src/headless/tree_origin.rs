@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::context::Failure;
-use crate::accel::Accel;
+use crate::accel::followed::FollowSession;
+use crate::accel::{Accel, Follow};
 use crate::console::note;
 use crate::scene::{Scene, SceneSource};
 use crate::text::shown_path;
@@ -29,14 +30,20 @@ impl TreeOrigin {
         if let Self::File(path) = self { Some(path) } else { None }
     }
 
-    /// The tree of `scene`, which `source` named: built with `settings` or read. Its wide tree is made on request.
+    /// The tree of `scene`, which `source` named: built with `settings`, as it follows the model in the `session`, or read. Its wide tree
+    /// is made on request.
     pub(super) fn accel(
         &self,
         scene: &Arc<Scene>,
         source: &SceneSource,
         settings: &BuildSettings,
+        (follow, session): (Follow, &mut FollowSession),
         token: &CancelToken,
     ) -> Result<Accel, Failure> {
+        if follow != Follow::default() {
+            return Accel::follow(scene, settings, follow, session, token)
+                .map_err(|error| Failure::of_build(error, source));
+        }
         let path = match self {
             Self::File(path) => Some(path.as_path()),
             Self::OfModel if scene.has_tree => source.path(),

@@ -110,6 +110,9 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
     if !rays.is_empty() {
         flag("rays", Some(&rays.join(",")));
     }
+    if let Some(samples) = view.epo_samples {
+        flag("epo-samples", Some(&samples.to_string()));
+    }
     let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
     let place = |point: Vec3| vector(to_file(point, subject.scene.offset));
     flag("eye", Some(&place(view.camera.eye)));
@@ -118,6 +121,10 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
     flag("fov", Some(&degrees(&view.camera).to_string()));
     if view.camera.projection == Projection::Orthographic {
         flag("orthographic", None);
+    }
+    if let Some(moment) = subject.scene.moment {
+        flag("clip", Some(&moment.clip.to_string()));
+        flag("time", Some(&moment.seconds.to_string()));
     }
     for (key, value) in subject.load.written() {
         flag(key, value.as_deref());

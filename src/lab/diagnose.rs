@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn overlap_is_lowered_by_settings_that_the_tree_was_built_with() {
         let (scene, token) = (crate::lab::sample::teapot(), CancelToken::new());
-        let epo = EndPointOverlap { value: 1e6, sampled: 1, triangles: 1, visited: 1 };
+        let epo = EndPointOverlap { value: 1e6, sampled: 1, triangles: 1, margin: None, visited: 1 };
         let text = |accel: &Accel| diagnose_tree(accel, epo).pop().unwrap().text;
         let built = |builder, container| {
             let build = BuildSettings { builder, container, ..BuildSettings::default() };
@@ -283,7 +283,7 @@ mod tests {
         }
         let mut read = built(BuilderKind::Aac, ContainerKind::Sphere);
         let (path, header) = ("mine.bvh".into(), Header::new(1));
-        read.file = Some(FileTree { path, header, faults: Vec::new(), empty_nodes: 0, numbers: None });
+        read.file = Some(FileTree { path, label: None, header, faults: Vec::new(), empty_nodes: 0, numbers: None });
         assert!(text(&read).ends_with("do not hold it"), "another builder has other settings");
     }
 

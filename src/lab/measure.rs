@@ -145,7 +145,7 @@ fn try_once(
             tests: count_tests(&request(&accel, view), &token.part(2, 3))?,
             threads: rayon::current_num_threads(),
             report: accel.report.clone(),
-            epo: accel.epo(token)?,
+            epo: accel.epo(view.epo_samples, &token.part(2, 3))?,
             hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
             wide: WideReading::of(accel.wide()),
             populations: populations(&accel, view, token)?,
@@ -227,6 +227,7 @@ mod tests {
             simd: SimdLevel::default(),
             repeat: 2,
             populations: Populations::ALL,
+            epo_samples: None,
         };
         let subject = Subject { model: source.to_string(), scene, trees: Vec::new(), load: LoadOptions::default() };
         let setups = ContainerKind::OF_PAPER.map(|container| Setup {

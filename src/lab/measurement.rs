@@ -14,7 +14,7 @@ use super::verdict::number::Reading;
 use super::verdict::word::RowVerdict;
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::millions_per_second;
-use crate::catalog::numbers::rows::{BUILD_STAGES_MS, MRAYS_PER_S, RAYS, TREE_HASH, WIDE_TRACE_MS};
+use crate::catalog::numbers::rows::{BUILD_STAGES_MS, EPO, EPO_MARGIN, MRAYS_PER_S, RAYS, TREE_HASH, WIDE_TRACE_MS};
 use crate::catalog::settings::Stated;
 use crate::catalog::values::Values;
 use crate::text::{file_name, quoted};
@@ -37,6 +37,9 @@ pub struct Measurement {
     /// The file that holds the tree, where it was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tree: Option<String>,
+    /// The name that the user gave the tree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
     /// Name of the preset that has these settings, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
@@ -133,7 +136,7 @@ impl Measurement {
         self.values.number(number)
     }
 
-    /// A number with its value in each round.
+    /// A number with its value in each round and the margin of an estimate.
     pub fn reading(&self, number: &Number) -> Reading {
         let rounds = if number == MRAYS_PER_S {
             let rays = self.values.count(RAYS);
@@ -141,7 +144,8 @@ impl Measurement {
         } else {
             self.rounds_of(number).to_vec()
         };
-        Reading { value: self.number(number), rounds }
+        let margin = if number == EPO { self.values.known(EPO_MARGIN).unwrap_or(0.0) } else { 0.0 };
+        Reading { value: self.number(number), rounds, margin }
     }
 
     /// The values of a number in each round; none of one that was not repeated.
@@ -168,13 +172,17 @@ impl Measurement {
         stages.into_iter().flatten().filter_map(|(name, ms)| Some((name.as_str(), ms.as_f64()?))).collect()
     }
 
-    /// Name of the file that holds the tree, with the builder: "mine.bvh (embree)"; `None` for a tree that was built.
+    /// Label of a tree from a file, or name of the file with the builder: "mine.bvh (embree)"; `None` for a tree that was built.
     pub fn file_name(&self) -> Option<String> {
-        Some(file_and_builder(self.tree.as_ref()?.as_ref(), &self.builder))
+        let file = self.tree.as_ref()?;
+        Some(self.label.clone().unwrap_or_else(|| file_and_builder(file.as_ref(), &self.builder)))
     }
 
-    /// Builder, curve and passes as a short name; of a preset that `compare` sets beside others its name.
-    pub fn builder_name(&self) -> String {
+    /// The tree as a short name: its label, its file, or builder, curve and passes; of a preset that `compare` sets beside others its name.
+    pub fn name(&self) -> String {
+        if let Some(name) = self.label.clone().or_else(|| self.file_name()) {
+            return name;
+        }
         if let Some(preset) = self.preset.as_ref().filter(|_| self.command == "compare") {
             return preset.clone();
         }

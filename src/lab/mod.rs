@@ -13,6 +13,7 @@ mod measure;
 pub mod at_rest;
 
 mod bench;
+pub mod by_depth;
 mod compare;
 pub mod diff;
 mod scaling;

@@ -120,6 +120,7 @@ fn values() -> Values {
         "traversal_cost": 1.5,
         "intersection_cost": 1.75,
         "epo": 0.875,
+        "epo_margin": 0.031_25,
         "epo_triangles": 2_003,
         "nodes": 14_001,
         "leaves": 7_013,

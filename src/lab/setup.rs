@@ -51,11 +51,13 @@ pub struct Contender {
     pub setup: Setup,
     /// The tree from a file.
     pub read: Option<Arc<Accel>>,
+    /// Name of the tree in tables and plots in place of its file or settings.
+    pub label: Option<String>,
 }
 
 impl From<Setup> for Contender {
     fn from(setup: Setup) -> Self {
-        Self { setup, read: None }
+        Self { setup, read: None, label: None }
     }
 }
 
@@ -63,7 +65,8 @@ impl Contender {
     /// The tree of a file, traced by `threads` threads, 0 for all.
     pub fn of_file(accel: &Arc<Accel>, threads: usize) -> Self {
         let setup = Setup { build: accel.settings, preset: None, threads };
-        Self { setup, read: Some(Arc::clone(accel)) }
+        let label = accel.file.as_ref().and_then(|file| file.label.clone());
+        Self { setup, read: Some(Arc::clone(accel)), label }
     }
 }
 
@@ -84,4 +87,6 @@ pub struct TraceView {
     pub repeat: usize,
     /// Rays whose cost is measured too, once for each tree; see [`ViewRays`](super::population::ViewRays).
     pub populations: Populations,
+    /// Number of samples of which the end-point overlap is estimated; exact without.
+    pub epo_samples: Option<usize>,
 }

@@ -64,13 +64,14 @@ impl Trial {
         view: &TraceView,
         first: &First,
     ) -> Measurement {
-        let Contender { setup, read } = contender;
+        let Contender { setup, read, label } = contender;
         Measurement {
             command: command.to_owned(),
             model: subject.model.clone(),
             triangles: subject.scene.triangles.len(),
             builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
+            label: label.clone(),
             preset: if read.is_some() { None } else { preset_name(&setup.build) },
             container: read.as_ref().map_or(setup.build.tree_container(), |accel| accel.tree.container_kind()),
             settings: if read.is_some() { Stated::default() } else { Stated::of(&setup.build) },
@@ -240,7 +241,7 @@ mod tests {
                 tree_bytes: 1009,
                 triangle_bytes: 7 * size_of::<Triangle>(),
             },
-            epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, visited: 1013 },
+            epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, margin: Some(0.25), visited: 1013 },
             hashes: [0x3fb, 0xfeed_0000_0000_03fd],
             populations: sample().populations,
             wide: WideReading { collapse_ms: 991.0, node_bytes: 331, triangle_bytes: 337, bytes_per_triangle: 95.5 },
@@ -287,6 +288,7 @@ mod tests {
             "traversal_cost": TRAVERSAL_COST,
             "intersection_cost": INTERSECTION_COST,
             "epo": 0.625,
+            "epo_margin": 0.25,
             "epo_triangles": 5,
             "nodes": 13,
             "leaves": 17,
@@ -391,6 +393,7 @@ mod tests {
             simd: SimdLevel::best(),
             repeat: 1,
             populations: Populations::NONE,
+            epo_samples: None,
         }
     }
 

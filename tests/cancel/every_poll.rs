@@ -244,6 +244,7 @@ fn following_a_model_that_moves_stops_at_every_poll() {
             rays: vec![ViewRays::new(Population::Primary, camera, [64; 2], &settings)],
             simd: settings.simd,
             repeat: 1,
+            epo_samples: None,
         };
         let study = |token: &CancelToken| -> Result<(), LabError> {
             let mut study = MotionStudy::new(&scene, plan.clone(), token)?;
@@ -369,6 +370,7 @@ fn measuring_stops_at_every_poll() {
         simd: SimdLevel::best(),
         repeat: 2,
         populations: bvhscope::lab::population::Populations::ALL,
+        epo_samples: None,
     };
     let subject = Subject { model: "terrain".to_owned(), scene, trees: Vec::new(), load: LoadOptions::default() };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];

@@ -72,13 +72,46 @@ fn costs_of_different_containers_are_not_subtracted() {
 }
 
 #[test]
+fn trees_have_names_rays_depths_rows_and_a_plot() {
+    let folder = tempfile::tempdir().unwrap();
+    let [csv, plot] = ["rows.csv", "plot.svg"].map(|name| folder.path().join(name));
+    let files = ["--csv", csv.to_str().unwrap(), "--plot", plot.to_str().unwrap()];
+    let trees = ["--a", "threshold=4", "--b", "threshold=20", "--rays", "ao,random"];
+    let found = json(&[&trees[..], &files, &["--label", "small"]].concat());
+    assert_eq!([&found["a"]["label"], &found["b"]["label"]], ["small", "AAC δ 20 ε 0.2, boxes"]);
+    for (row, side) in [("a", 0), ("b", 1)] {
+        let (row, depths) = (&found[row], found["by_depth"][side].as_array().unwrap());
+        let sum = |name: &str| depths.iter().map(|depth| depth[name].as_f64().unwrap()).sum::<f64>();
+        assert_eq!([sum("nodes"), sum("leaves")].map(Some), ["nodes", "leaves"].map(|name| row[name].as_f64()));
+        assert!((sum("sah_cost") / row["sah_cost"].as_f64().unwrap() - 1.0).abs() < 1e-4, "{depths:?}");
+        let visits: u64 = depths.iter().map(|depth| depth["visits"]["ao"].as_u64().unwrap()).sum();
+        assert_eq!(Some(visits), row["populations"][0]["visits"].as_u64());
+    }
+    let tests = |row: &str| found[row]["populations"][0]["tests_per_entering_ray"].as_f64().unwrap();
+    assert_eq!(found["difference"]["ao_tests_per_entering_ray"].as_f64(), Some(tests("b") - tests("a")));
+    let [csv, plot] = [csv, plot].map(|path| std::fs::read_to_string(path).unwrap());
+    assert_eq!(csv.lines().count(), 3, "{csv}");
+    assert!([&csv, &plot].iter().all(|text| text.contains("small") && text.contains("AAC δ 20")), "{csv}");
+    let (code, out, error) = diff(&[&trees[..], &["--csv", "-"]].concat());
+    assert!(code == Some(0) && out.starts_with("command,") && out.lines().count() == 3, "{out}{error}");
+    let (_, out, _) = diff(&trees);
+    assert!(out.lines().any(|line| line.starts_with("tests/entering ray, ao")), "{out}");
+    let head = out.lines().skip_while(|line| *line != "By depth").nth(2).unwrap();
+    assert_eq!(head.split_whitespace().collect::<String>(), "AB".repeat(7), "{out}");
+}
+
+#[test]
 fn the_table_has_both_trees_and_a_word_for_better_or_worse() {
     let (code, out, error) = diff(&["--a", "builder=lbvh", "--b", "preset=best"]);
     assert_eq!(code, Some(0), "{error}");
     let line = |name: &str| out.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {out}"));
     assert!(line("tests/ray").ends_with("better") && line("tests/ray").contains(" -"), "{out}");
     assert!(line("nodes").ends_with("other"), "{out}");
-    assert!(line("A: builder=lbvh").contains("container=box"), "{out}");
-    assert!(line("B: builder=aac").contains("optimize=collapse,restructure,reinsert"), "{out}");
+    assert!(line("A: LBVH, boxes: builder=lbvh").contains("container=box"), "{out}");
+    assert!(
+        line("B: AAC δ 6 ε 0.2, boxes, collapse restructure reinsert: builder=aac")
+            .contains("optimize=collapse,restructure,reinsert"),
+        "{out}"
+    );
     assert!(out.contains("Nodes of A that B has too") && out.contains("Pixels: B takes fewer tests"), "{out}");
 }

@@ -65,6 +65,21 @@ fn a_tree_follows_to_the_moment_by_a_policy() {
         film[1]["sah_cost"],
         render(&["--time", "0.5", "--policy", "rotate", "--policy-frames", "3"])["sah_cost"]
     );
+    // Its tree is a file for other commands, which take the model at the same moment.
+    let at = ["builtin:walker:2000", "--time", "0.5"];
+    let refitted = [&at[..], &["--policy", "refit", "--policy-frames", "3"]].concat();
+    let expected = render(&["--time", "0.5", "--policy", "refit", "--policy-frames", "3"]);
+    run(&[&["tree", "-o", "refitted.bvh"], &refitted[..]].concat());
+    let [own, read] = [&refitted[..], &[&at[..], &["--tree", "refitted.bvh"]].concat()]
+        .map(|args| run(&[&["info", "--json"], args].concat())[0].clone());
+    assert_eq!((&own["policy"], &own["time_s"], read.get("policy")), (&"refit".into(), &0.5.into(), None));
+    let small = ["--size", "32x24", "--repeat", "1", "--json"];
+    let diff = run(&[&["diff", "--b", "refitted.bvh"], &at[..], &small].concat())[0].clone();
+    let bench = run(&[&["bench", "--tree", "refitted.bvh"], &at[..], &small].concat());
+    for found in [&own, &read, &diff["b"], &bench[2]] {
+        assert_eq!([&found["sah_cost"], &found["epo"]], [&expected["sah_cost"], &expected["epo"]], "{found}");
+    }
+    assert!(bench[2]["command_line"].as_str().unwrap().contains("--clip 0 --time 0.5"), "{}", bench[2]);
     let refused = [&COMMON[..], &["-o", "a.png", "--policy", "refit"]].concat();
     let (code, _, error) = super::moments::run(folder.path(), &refused);
     assert!(code == 2 && error.contains("--policy: the pose of the file follows nothing"), "{error}");

@@ -190,6 +190,18 @@ fn measuring_commands_take_trees_of_files() {
     };
     assert_eq!(of_sweep(""), [false, false, false, true]);
     assert_eq!([of_sweep("--shard 1/2"), of_sweep("--shard 2/2")], [vec![false, false, true], vec![false]]);
+    // Trees of one builder are told apart by their files, labels, and where files have one name by the whole paths.
+    std::fs::create_dir(at.join("copy")).unwrap();
+    std::fs::copy(at.join("mine.bvh"), at.join("copy/mine.bvh")).unwrap();
+    let bench = |flags: &str| -> Vec<String> {
+        let text = output(at, &format!("sweep {MODEL} --threshold 6 --size 32x24 --repeat 1 {flags}"));
+        let names =
+            text.lines().filter_map(|line| line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).nth(1));
+        names.filter(|name| name.contains("mine") || name.contains("copy")).map(str::to_owned).collect()
+    };
+    assert_eq!(bench("--tree mine.bvh"), ["mine.bvh (aac)"]);
+    assert_eq!(bench("--tree mine.bvh --tree copy/mine.bvh"), ["mine.bvh", "copy/mine.bvh"]);
+    assert_eq!(bench("--tree mine.bvh --tree copy/mine.bvh --label my-mine"), ["my-mine", "copy/mine.bvh"]);
     // A row for each file beside the builders; build times that are not known are null, and a dash in the table.
     let mut unknown = header.clone();
     let fields = unknown.as_object_mut().unwrap();

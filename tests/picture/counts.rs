@@ -183,6 +183,7 @@ fn measurements_of_a_known_tree_are_exact() {
         simd: SimdLevel::best(),
         repeat: 2,
         populations: Populations::NONE,
+        epo_samples: None,
     };
     let setups = [Setup { build: settings(), preset: Some(Preset::Fast), threads: 2 }];
     let mut rows: Vec<Measurement> = Vec::new();

@@ -92,7 +92,7 @@ pub(crate) fn own_cost<C: Container>(tree: &Tree<C>, node: u32) -> f64 {
 
 /// Cost of the tests that one visit of `node` causes: [`traversal_cost`](crate::tree::ContainerKind::traversal_cost), or
 /// [`INTERSECTION_COST`] for each primitive of a leaf.
-pub(super) fn visit_cost<C: Container>(node: &Node<C>) -> f64 {
+pub(crate) fn visit_cost<C: Container>(node: &Node<C>) -> f64 {
     if node.is_leaf() {
         f64::from(INTERSECTION_COST) * f64::from(node.count)
     } else {

@@ -2,11 +2,11 @@
 
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::{AnyTree, ContainerKind};
+use bvhscope_engine::tree::{AnyTree, ContainerKind, Node, Tree};
 use glam::Vec3;
 
 use crate::trees;
@@ -67,10 +67,35 @@ fn an_estimate_from_few_triangles_is_near_and_the_same_on_any_number_of_threads(
     };
     let estimate = with_threads(1);
     assert!(estimate.sampled < 100, "{estimate:?}");
-    assert!((estimate.value / exact.value - 1.0).abs() < 0.2, "{estimate:?} for {exact:?}");
+    assert!((estimate.value - exact.value).abs() <= estimate.margin.unwrap(), "{estimate:?} for {exact:?}");
     for threads in [2, 5] {
         assert_eq!(with_threads(threads), estimate, "{threads} threads");
     }
+}
+
+/// In a list of boxes, each around all triangles that follow, an exact overlap takes the square of their number.
+#[test]
+fn an_exact_overlap_that_would_take_too_long_is_an_estimate() {
+    let triangles = trees::soup(20_000, 0.02, 3);
+    let last = triangles.len() as u32 - 1;
+    let mut around = Aabb::EMPTY;
+    let mut nodes = Vec::new();
+    for (at, triangle) in triangles.iter().enumerate().rev() {
+        let at = at as u32;
+        let leaf = Node { container: triangle.bounds(), first: at, count: 1 };
+        around = around.union(&leaf.container);
+        nodes.push(leaf);
+        if at < last {
+            nodes.push(Node::interior(around, 2 * at + 1, 2));
+        }
+    }
+    nodes.reverse();
+    let tree = Tree { nodes, primitive_indices: (0..=last).collect(), max_depth: last }.into();
+    let found = overlap(&tree, &triangles, usize::MAX);
+    assert!(!found.is_exact() && found.sampled >= LEAST_SAMPLES as usize, "{found:?}");
+    assert!(found.margin.is_some_and(|margin| margin > 0.0), "{found:?}");
+    let few = overlap(&halved(&triangles, ContainerKind::Aabb), &triangles, usize::MAX);
+    assert!(few.is_exact() && few.visited < 1_000 * triangles.len() as u64, "{few:?}");
 }
 
 /// Number of times that `work` polls its token: often in proportion to the work.

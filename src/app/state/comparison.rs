@@ -2,7 +2,7 @@
 
 use crate::accel::{Accel, Follow, RestReadings};
 use crate::camera::Camera;
-use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S};
+use crate::catalog::numbers::rows::{BUILD_MS, EPO, MRAYS_PER_S};
 use crate::catalog::numbers::{NUMBERS, Number, millions_per_second};
 use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::lab::Reading;
@@ -100,9 +100,11 @@ impl TreeNumbers {
         let reading = TreeReading { trace: trace.or_else(|| Some(TraceReading::default())), ..accel.reading() };
         let at_rest = accel.at_rest();
         let compared = NUMBERS.iter().filter(|number| number.compared.is_some());
-        let value = |number: &Number| {
+        let value = |number: &'static Number| {
             let rounds = at_rest.as_ref().map_or_else(Vec::new, |readings| rounds(number, readings));
-            Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, rounds }))
+            let epo = reading.epo.filter(|_| number == EPO);
+            let margin = epo.and_then(|epo| epo.margin).map_or(0.0, f64::from);
+            Some((number.key, Reading { value: (number.get)(&reading)?.as_f64()?, rounds, margin }))
         };
         Self {
             container: accel.tree.container_kind(),

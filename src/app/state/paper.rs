@@ -265,6 +265,7 @@ impl PaperPlan {
             repeat: self.repeat,
             simd: wanted.render.simd,
             populations: if self.measures_rays() { Populations::ALL } else { Populations::NONE },
+            epo_samples: None,
         }
     }
 }

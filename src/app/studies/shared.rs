@@ -110,7 +110,7 @@ fn findings(
     of_scene: &Mutex<(Weak<Scene>, Vec<Finding>)>,
     token: &CancelToken,
 ) -> Result<Vec<Finding>, Cancelled> {
-    let epo = accel.epo(token)?;
+    let epo = accel.epo(None, token)?;
     let mut kept = of_scene.lock().unwrap_or_else(PoisonError::into_inner);
     if !is_same(&kept.0, &accel.scene) {
         *kept = (Arc::downgrade(&accel.scene), diagnose_scene(&accel.scene, token)?);

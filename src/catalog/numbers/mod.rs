@@ -206,6 +206,7 @@ pub mod rows {
     pub const ENTERING_RAYS: &Number = named("entering_rays");
     pub const SAH_COST: &Number = named("sah_cost");
     pub const EPO: &Number = named("epo");
+    pub const EPO_MARGIN: &Number = named("epo_margin");
     pub const EPO_TRIANGLES: &Number = named("epo_triangles");
     pub const NODES: &Number = named("nodes");
     pub const LEAVES: &Number = named("leaves");

@@ -51,7 +51,8 @@ pub(super) const ROWS: &[Number] = &[
     Number {
         key: "epo",
         label: "EPO",
-        meaning: "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it",
+        meaning: "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it, over the whole surface; \
+                  inside an interior node it counts `traversal_cost`, inside a leaf 1 for each of its triangles",
         term: Some(&terms::EPO),
         note: Some(|tree| tree.epo?.estimate_note()),
         get: |tree| single(tree.epo?.value),
@@ -63,6 +64,12 @@ pub(super) const ROWS: &[Number] = &[
             Some(format!("{}{note}", number(epo.value.into())))
         })),
         column: Some(("EPO", "")),
+        ..ROW
+    },
+    Number {
+        key: "epo_margin",
+        meaning: "Half-width of the 95 % interval around `epo`; absent where that is exact",
+        get: |tree| single(tree.epo?.margin?),
         ..ROW
     },
     Number {

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::picture::{CameraArgs, CamerasArgs};
 use super::setting_flags::{RangeFlags, ShapeFlags};
-use super::shared::StrictLoadArgs;
+use super::shared::{MomentArgs, StrictLoadArgs};
 use crate::cli::named::{
     self, Containers, Policies, containers, containers_help, help, named, populations, populations_help, simd,
     tree_builder, tree_builder_help,
@@ -36,6 +36,9 @@ pub struct TraceArgs {
     /// How rays visit nodes: ordered (near child first, culled by distance), or paper (neither)
     #[arg(long, value_name = "NAME", value_parser = named::<Traversal>, default_value = "ordered")]
     pub traversal: Traversal,
+    /// Estimate EPO from N triangles, with its interval, instead of computing it from all
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 1, usize::MAX))]
+    pub epo_samples: Option<usize>,
     /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
@@ -72,12 +75,17 @@ pub struct MeasureArgs {
     pub load: StrictLoadArgs,
 }
 
-/// Trees to measure beside those that are built.
-#[derive(Debug, Args)]
+/// Trees to measure beside those that are built, and the moment of the model that all are of.
+#[derive(Debug, Default, Args)]
 pub struct TreesFromFilesArgs {
     /// Also measure the tree that this file holds; may be given more than once
     #[arg(long = "tree", value_name = "FILE.bvh", help_heading = "Tree")]
     pub trees: Vec<PathBuf>,
+    /// Name of the tree of a --tree in tables and plots, the first of the first and so on [default: its file]
+    #[arg(long = "label", value_name = "NAME", help_heading = "Tree")]
+    pub labels: Vec<String>,
+    #[command(flatten)]
+    pub moment: MomentArgs,
 }
 
 /// Build flags of the commands that measure one tree: bench, scaling and animate.
@@ -209,7 +217,7 @@ pub struct AnimateArgs {
   bvhscope diff bunny.obj --a preset=fast --b preset=hq
   bvhscope diff bunny.obj --a 'builder=lbvh' --b 'threshold=12 epsilon=0.1 optimize=collapse,reinsert' -o difference.png
   bvhscope diff bunny.obj --a container=box --b container=sphere --json
-  bvhscope diff bunny.obj --b mine.bvh
+  bvhscope diff bunny.obj --b mine.bvh --rays ao,bounce --label ours --label mine
 
 A FILE that ends in .bvh holds the tree. SETTINGS are the tree flags of the other commands without their dashes, separated by blanks: builder=, container=, preset=,
 threshold=, epsilon=, curve=, optimize= and rounds=. What is not given has its default.
@@ -226,12 +234,11 @@ pub struct DiffArgs {
     /// Tree B
     #[arg(long, value_name = "SETTINGS|FILE.bvh", value_parser = diff_tree, help_heading = "Tree")]
     pub b: DiffTree,
-    /// Compare trees of a model that moves at this time of its clip, in seconds
-    #[arg(long, value_name = "T", value_parser = values::seconds, allow_hyphen_values = true, help_heading = "Motion")]
-    pub time: Option<f32>,
-    /// The clip, by its name or its number from 0 [default: the first]
-    #[arg(long, value_name = "NAME", help_heading = "Motion")]
-    pub clip: Option<String>,
+    /// Name of tree A, and given again of tree B [default: their settings or files]
+    #[arg(long = "label", value_name = "NAME", help_heading = "Tree")]
+    pub labels: Vec<String>,
+    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also compare the tests by such rays, and the visits by depth: "))]
+    pub rays: Option<Populations>,
     /// Write a picture of the difference
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
@@ -243,10 +250,18 @@ pub struct DiffArgs {
     /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,
+    /// Also write both rows as CSV; - prints them instead of the table
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Also draw the plot
+    #[arg(long, value_name = "FILE.png|.svg")]
+    pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
     pub load: StrictLoadArgs,
+    #[command(flatten)]
+    pub moment: MomentArgs,
 }
 
 #[derive(Debug, Args)]

@@ -12,12 +12,12 @@ use clap::{Args, Parser, Subcommand};
 
 pub use measure::{
     AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
-    TraceArgs,
+    TraceArgs, TreesFromFilesArgs,
 };
 pub use picture::{CameraArgs, CameraParts, CamerasArgs, NodeArgs};
 pub use ray::RayArgs;
 pub use setting_flags::SettingFlags;
-pub use shared::{BuildArgs, LoadArgs, StrictLoadArgs, TreeFileArgs};
+pub use shared::{BuildArgs, LoadArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
 
 use super::named::{help, named, populations, populations_help, simd};
 use super::values::{self, ModelParser};
@@ -141,20 +141,25 @@ pub struct ViewerArgs {
     pub refuse_buffer: bool,
 }
 
-/// The moment of a model that moves.
+/// The moments of a picture or a film.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Motion")]
 pub struct MotionArgs {
-    /// Show the model at this time of its clip, in seconds
-    #[arg(long, value_name = "T", value_parser = values::seconds, allow_hyphen_values = true, conflicts_with = "tree")]
-    pub time: Option<f32>,
-    /// The clip, by its name or its number from 0 [default: the first]
-    #[arg(long, value_name = "NAME", conflicts_with = "tree")]
-    pub clip: Option<String>,
+    #[command(flatten)]
+    pub moment: MomentArgs,
     /// A film of these times in seconds, each with a tree of its own; without STEP the frames of a sequence, of other models 25 a second
     #[arg(long, value_name = "A..B:STEP", value_parser = Times::parse_range, allow_hyphen_values = true,
           conflicts_with_all = ["time", "tree", "depth_image"])]
     pub frames: Option<Times>,
+}
+
+/// A moment, and how its tree is made.
+#[derive(Debug, Args)]
+pub struct FollowedMomentArgs {
+    #[command(flatten)]
+    pub moment: MomentArgs,
+    #[command(flatten)]
+    pub follow: FollowArgs,
 }
 
 /// How the tree of a moment is made.
@@ -247,13 +252,17 @@ pub struct RenderArgs {
   bvhscope info scene.glb --preset hq --json
   bvhscope info bunny.obj --tree mine.bvh
   bvhscope info bunny.obj --triangles bunny.f32
-  bvhscope info bunny.obj --rays primary,random")]
+  bvhscope info bunny.obj --rays primary,random
+  bvhscope info fox.glb --time 0.4 --policy refit")]
 pub struct InfoArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also count the visits of the nodes by such rays: "))]
     pub rays: Option<Populations>,
+    /// Estimate EPO from N triangles, with its interval, instead of computing it from all
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 1, usize::MAX))]
+    pub epo_samples: Option<usize>,
     /// Print one JSON object instead of the text
     #[arg(long)]
     pub json: bool,
@@ -271,6 +280,8 @@ pub struct InfoArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
+    #[command(flatten)]
+    pub motion: FollowedMomentArgs,
 }
 
 #[derive(Debug, Args)]
@@ -278,6 +289,7 @@ pub struct InfoArgs {
   bvhscope tree bunny.obj -o bunny.bvh --preset hq
   bvhscope tree bunny.obj -o bunny.bvh --wide --with-triangles
   bvhscope tree bunny.obj -o nodes.csv --tree mine.bvh
+  bvhscope tree fox.glb -o refitted.bvh --clip Run --time 0.4 --policy refit
 
 docs/tree-file.md says what the files hold.")]
 pub struct TreeArgs {
@@ -302,6 +314,8 @@ pub struct TreeArgs {
     pub tree: TreeFileArgs,
     #[command(flatten)]
     pub load: StrictLoadArgs,
+    #[command(flatten)]
+    pub motion: FollowedMomentArgs,
 }
 
 #[derive(Debug, Args)]

@@ -3,6 +3,7 @@
 use clap::{ArgGroup, Args};
 use glam::{DVec3, Vec3};
 
+use super::FollowedMomentArgs;
 use super::picture::CameraArgs;
 use super::shared::{BuildArgs, StrictLoadArgs, TreeFileArgs};
 use crate::cli::named::{help, named, simd};
@@ -67,4 +68,6 @@ pub struct RayArgs {
     pub load: StrictLoadArgs,
     #[command(flatten)]
     pub camera: CameraArgs,
+    #[command(flatten)]
+    pub motion: FollowedMomentArgs,
 }

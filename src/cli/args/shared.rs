@@ -21,6 +21,18 @@ pub struct TreeFileArgs {
     pub tree: Option<PathBuf>,
 }
 
+/// The moment of a model that moves.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Motion")]
+pub struct MomentArgs {
+    /// Take the model at this time of its clip, in seconds
+    #[arg(long, value_name = "T", value_parser = values::seconds, allow_hyphen_values = true)]
+    pub time: Option<f32>,
+    /// The clip, by its name or its number from 0 [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub clip: Option<String>,
+}
+
 /// Loading flags of every command.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Loading")]

@@ -1,13 +1,12 @@
 //! The measuring commands.
 
-use std::path::PathBuf;
-
+use super::moment;
 use super::parts::{camera, cameras, threads};
-use crate::cli::args::{AnimateArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs};
+use crate::cli::args::{AnimateArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs, TreesFromFilesArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
-use crate::headless::{MomentChoice, Times};
 use crate::lab::motion::AnimatePlan;
+use crate::lab::report_table::TableFormat;
 use crate::lab::{Job, Setup, SweepPlan};
 use crate::scene::SceneSource;
 use bvhscope_engine::follow::Policy;
@@ -52,16 +51,18 @@ pub fn sweep(args: &SweepArgs) -> SweepPlan {
 }
 
 fn trace(args: &TraceArgs) -> TraceChoice {
-    let TraceArgs { size, repeat, traversal, simd, .. } = *args;
-    TraceChoice { size, traversal, simd: simd.unwrap_or_default(), repeat }
+    let TraceArgs { size, repeat, traversal, simd, epo_samples, .. } = *args;
+    TraceChoice { size, traversal, simd: simd.unwrap_or_default(), repeat, epo_samples }
 }
 
-pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureCommand {
+pub fn measure(job: Job, files: TreesFromFilesArgs, args: MeasureArgs) -> MeasureCommand {
     let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
     MeasureCommand {
         sources,
         job,
-        trees,
+        trees: files.trees,
+        labels: files.labels,
+        moments: moment(files.moment),
         cameras: cameras(&args.cameras),
         trace: trace(&args.trace),
         populations: args.rays.unwrap_or_default(),
@@ -72,13 +73,15 @@ pub fn measure(job: Job, trees: Vec<PathBuf>, args: MeasureArgs) -> MeasureComma
 pub fn diff(args: DiffArgs) -> DiffCommand {
     DiffCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
-        moments: MomentChoice { times: args.time.map(Times::At), clip: args.clip },
+        moments: moment(args.moment),
         trees: [args.a, args.b],
         threads: threads(args.trace.threads),
         camera: camera(&args.camera),
         trace: trace(&args.trace),
         output: args.output,
         legend: args.legend,
-        json: args.json,
+        labels: args.labels,
+        populations: args.rays.unwrap_or_default(),
+        rows: Output { json: args.json, format: TableFormat::Text, csv: args.csv, plot: args.plot },
     }
 }

@@ -9,7 +9,7 @@ use parts::{overlay, picture};
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
+use super::args::{BuildArgs, FollowArgs, InfoArgs, MergesArgs, MomentArgs, RayArgs, RenderArgs, TreeArgs};
 use crate::accel::Follow;
 #[cfg(feature = "gui")]
 use crate::app::{Overrides, SettingsUse, StartOptions};
@@ -90,13 +90,22 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         depth_image: args.depth_image,
         legend: args.around.legend,
         json: args.json,
-        moments: MomentChoice { times: args.motion.frames.or(args.motion.time.map(Times::At)), clip: args.motion.clip },
-        follow: Follow {
-            policy: args.follow.policy.unwrap_or(Policy::Rebuild),
-            frames: args.follow.policy_frames.unwrap_or(Follow::default().frames),
-        }
-        .normal(),
+        moments: match args.motion.frames {
+            frames @ Some(_) => MomentChoice { times: frames, clip: args.motion.moment.clip },
+            None => moment(args.motion.moment),
+        },
+        follow: follow(&args.follow),
     })
+}
+
+/// A single moment.
+fn moment(args: MomentArgs) -> MomentChoice {
+    MomentChoice { times: args.time.map(Times::At), clip: args.clip }
+}
+
+fn follow(args: &FollowArgs) -> Follow {
+    let frames = args.policy_frames.unwrap_or(Follow::default().frames);
+    Follow { policy: args.policy.unwrap_or(Policy::Rebuild), frames }.normal()
 }
 
 /// The camera of a bookmark; reports where it was kept for another model.
@@ -138,7 +147,10 @@ pub fn info(args: InfoArgs) -> InfoCommand {
         tree: tree_origin(&args.build, args.tree.tree),
         triangles: args.triangles,
         rays: args.rays.unwrap_or_default(),
+        epo_samples: args.epo_samples,
         camera: camera(&args.camera),
+        moments: moment(args.motion.moment),
+        follow: follow(&args.motion.follow),
         json: args.json,
     }
 }
@@ -150,6 +162,8 @@ pub fn tree(args: TreeArgs) -> TreeCommand {
         tree: tree_origin(&args.build, args.tree.tree),
         wide: args.wide,
         with_triangles: args.with_triangles,
+        moments: moment(args.motion.moment),
+        follow: follow(&args.motion.follow),
         output: args.output,
     }
 }
@@ -194,6 +208,8 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
         start,
         kind: args.kind,
         method: if args.wide { RayMethod::Wide } else { RayMethod::Binary(args.traversal) },
+        moments: moment(args.motion.moment),
+        follow: follow(&args.motion.follow),
         json: args.json,
     })
 }

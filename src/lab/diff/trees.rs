@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use super::map::DifferenceMap;
 use crate::accel::Accel;
+use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::measure::{LabError, measure_contenders, request};
 use crate::lab::measurement::{Measurement, pool};
+use crate::lab::population::ViewRays;
 use crate::lab::setup::{Contender, Subject, TraceView};
 use crate::render::{HeatKind, Shading, render};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -17,6 +19,8 @@ use bvhscope_engine::with_tree;
 pub struct TreeDifference {
     /// The measurements of A and of B.
     pub rows: [Measurement; 2],
+    /// The nodes of A and of B at each depth.
+    pub by_depth: [Vec<Depth>; 2],
     /// The nodes of A that B has too.
     pub survival: Survival,
     /// Tests of B minus tests of A in each pixel.
@@ -40,16 +44,17 @@ pub fn diff(
     let [a, b] = <[Measurement; 2]>::try_from(rows)
         .map_err(|_| LabError::Refused("one of the two trees was not measured".to_owned()))?;
     let token = token.part(1, 2);
-    let (survival, map) = pool(trees[0].setup.threads).map_err(LabError::Refused)?.install(|| {
+    let (by_depth, survival, map) = pool(trees[0].setup.threads).map_err(LabError::Refused)?.install(|| {
         let trees = [build(subject, &trees[0], &token.part(0, 5))?, build(subject, &trees[1], &token.part(1, 5))?];
         let survival = survivors(&trees[0], &trees[1], &token.part(2, 5))?;
         let [a, b] = &trees;
+        let by_depth = [depths(a, view, &token)?, depths(b, view, &token)?];
         let frames = [heat(a, view, &token.part(3, 5))?, heat(b, view, &token.part(4, 5))?];
         let map = DifferenceMap::new(&frames[0], &frames[1], &token)?;
-        Ok::<_, LabError>((survival, map))
+        Ok::<_, LabError>((by_depth, survival, map))
     })?;
     let map = map.ok_or_else(|| LabError::Refused("the picture has no pixels".to_owned()))?;
-    Ok(TreeDifference { rows: [a, b], survival, map })
+    Ok(TreeDifference { rows: [a, b], by_depth, survival, map })
 }
 
 fn build(subject: &Subject, tree: &Contender, token: &CancelToken) -> Result<Arc<Accel>, LabError> {
@@ -57,6 +62,17 @@ fn build(subject: &Subject, tree: &Contender, token: &CancelToken) -> Result<Arc
         Some(read) => Ok(Arc::clone(read)),
         None => Ok(Arc::new(Accel::build_binary(&subject.scene, &tree.setup.build, token)?)),
     }
+}
+
+/// The nodes at each depth, with their visits by the rays of the view's populations.
+fn depths(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Vec<Depth>, Cancelled> {
+    let settings = request(accel, view).settings;
+    let visits_of = |population| {
+        let rays = ViewRays::new(population, view.camera, view.size, &settings);
+        Ok((population, rays.measure(accel, token)?.visits))
+    };
+    let visits = view.populations.iter().map(visits_of).collect::<Result<Vec<_>, Cancelled>>()?;
+    by_depth(accel, visits.iter().map(|(population, visits)| (*population, &visits.counts[..])), token)
 }
 
 fn heat(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Arc<crate::render::Frame>, LabError> {

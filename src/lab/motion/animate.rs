@@ -59,6 +59,7 @@ pub fn animate(
         rays: populations.iter().map(|of| ViewRays::new(of, view.camera, view.size, &settings)).collect(),
         simd: view.simd,
         repeat: view.repeat,
+        epo_samples: view.epo_samples,
     };
     let pool = pool(setup.threads).map_err(LabError::Refused)?;
     let parts = plan.frames + 1;
@@ -161,6 +162,7 @@ fn measurement(
         triangles: subject.scene.triangles.len(),
         builder: setup.build.builder.name().to_owned(),
         tree: None,
+        label: None,
         preset: preset_name(&setup.build),
         container: setup.build.container,
         settings: Stated::of(&setup.build),

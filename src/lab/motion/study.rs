@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::break_even::FrameCost;
-use crate::accel::{Accel, EPO_SAMPLES, Follow};
+use crate::accel::{Accel, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
 use crate::lab::measure::{LabError, turns};
@@ -44,6 +44,8 @@ pub struct MotionPlan {
     pub simd: SimdLevel,
     /// Number of rounds of each frame, in which each tree is updated and traced once.
     pub repeat: usize,
+    /// Number of samples of which the end-point overlap is estimated; exact without.
+    pub epo_samples: Option<usize>,
 }
 
 impl MotionPlan {
@@ -218,7 +220,12 @@ impl MotionStudy {
                 preparation: follower.preparation(),
                 stats: tree_stats(follower.tree(), token)?,
                 tree_bytes: follower.tree().bytes(),
-                epo: end_point_overlap(follower.tree(), &scene.triangles, EPO_SAMPLES, token)?,
+                epo: end_point_overlap(
+                    follower.tree(),
+                    &scene.triangles,
+                    self.plan.epo_samples.unwrap_or(usize::MAX),
+                    token,
+                )?,
                 rays: self.plan.traced(&scene, follower).count(&mut lists, token)?,
                 warnings: scene.warnings.clone(),
             });

@@ -41,7 +41,9 @@ pub fn charts(rows: &[Measurement]) -> Result<Vec<Chart>, String> {
         "bench" => Ok(row_charts(rows, false, name, |row| {
             row.file_name().unwrap_or_else(|| row.container.plural().to_owned())
         })),
-        "compare" => Ok(row_charts(rows, true, Measurement::builder_name, |row| series_name(row, rows))),
+        command @ ("compare" | "diff") => {
+            Ok(row_charts(rows, command == "compare", Measurement::name, |row| series_name(row, rows)))
+        }
         other => Err(format!("there is no plot of '{other}'")),
     }
 }

@@ -4,9 +4,11 @@ use super::aligned::ReportTable;
 use super::format::{
     COSTS_DO_NOT_COMPARE, INTERVALS, conditions_and_threads, costs, disturbed_text, factor_text, number, short,
 };
-use crate::catalog::numbers::{Compared, NUMBERS, Number};
+use crate::catalog::numbers::rows::{EPO, TESTS_PER_ENTERING_RAY};
+use crate::catalog::numbers::{Compared, Digits, NUMBERS, Number};
 use crate::lab::measurement::Measurement;
-use crate::lab::verdict::{Verdict, judge_rows};
+use crate::lab::population::MeasuredRays;
+use crate::lab::verdict::{Order, Reading, Verdict, judge, judge_rows};
 use crate::text::{count, factor};
 
 /// Both trees and their difference. The words say whether B is better than A.
@@ -19,11 +21,17 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
     );
     let compared = NUMBERS.iter().filter_map(|number| Some((number, number.compared.as_ref()?)));
     table.rows.extend(compared.map(|(number, compared)| line(number, compared, a, b)));
+    table.rows.extend(a.populations.iter().zip(&b.populations).filter_map(|(a, b)| rays_line(a, b)));
     table.notes = [("A", a), ("B", b)].map(|(name, row)| format!("{name}: {}", settings(row))).to_vec();
     let bases: Vec<String> = NUMBERS.iter().filter_map(|number| basis(number, a, b)).collect();
     if !bases.is_empty() {
         table.notes.extend(bases);
         table.notes.push(INTERVALS.to_owned());
+    }
+    let margins = rows.each_ref().map(|row| row.reading(EPO).margin);
+    if margins.iter().any(|margin| *margin > 0.0) {
+        let [a, b] = margins.map(number);
+        table.notes.push(format!("EPO is an estimate, with 95 % confidence within ±{a} of A and ±{b} of B."));
     }
     table.notes.push(costs(&rows));
     if a.container != b.container {
@@ -33,26 +41,40 @@ pub fn difference_table([a, b]: &[Measurement; 2]) -> ReportTable {
 }
 
 fn line(of: &Number, compared: &Compared, a: &Measurement, b: &Measurement) -> Vec<String> {
-    let [before, now] = [a, b].map(|row| row.number(of));
-    let text = |value: f64| of.digits.text(value);
-    let mut cells = vec![compared.name.to_owned(), text(before), text(now)];
-    if a.container == b.container || compared.across_containers {
-        let difference = now - before;
-        let sign = if difference < 0.0 { "-" } else { "+" };
-        let percent = if before == 0.0 || difference.is_nan() {
-            "–".to_owned()
-        } else {
-            factor(before, now).unwrap_or_else(|| format!("{:+.1}", difference / before * 100.0))
-        };
-        let word = match judge_rows(of, a, b).0 {
-            Verdict::Different if !difference.is_nan() => "other",
-            Verdict::Once => "measured once",
-            verdict => verdict.word(),
-        };
-        let difference =
-            if difference.is_nan() { text(difference) } else { format!("{sign}{}", text(difference.abs())) };
-        cells.extend([difference, percent, word.to_owned()]);
-    }
+    let values = [a, b].map(|row| row.number(of));
+    let is_comparable = a.container == b.container || compared.across_containers;
+    cells(compared.name, of.digits, values, is_comparable.then(|| judge_rows(of, a, b).0))
+}
+
+/// Tests by a ray of a population that enters the scene's box.
+fn rays_line(a: &MeasuredRays, b: &MeasuredRays) -> Option<Vec<String>> {
+    let values = [a.tests_per_entering_ray?, b.tests_per_entering_ray?];
+    let [before, now] = values.map(|value| Reading { value, ..Reading::default() });
+    let compared = TESTS_PER_ENTERING_RAY.compared?;
+    let verdict = judge(&compared, &before, &now, Order::InTurn).0;
+    let name = format!("{}, {}", compared.name, a.population.name());
+    Some(cells(&name, TESTS_PER_ENTERING_RAY.digits, values, Some(verdict)))
+}
+
+/// A line of both values; the difference only with a verdict, without which they do not compare.
+fn cells(name: &str, digits: Digits, [before, now]: [f64; 2], verdict: Option<Verdict>) -> Vec<String> {
+    let text = |value: f64| digits.text(value);
+    let mut cells = vec![name.to_owned(), text(before), text(now)];
+    let Some(verdict) = verdict else { return cells };
+    let difference = now - before;
+    let sign = if difference < 0.0 { "-" } else { "+" };
+    let percent = if before == 0.0 || difference.is_nan() {
+        "–".to_owned()
+    } else {
+        factor(before, now).unwrap_or_else(|| format!("{:+.1}", difference / before * 100.0))
+    };
+    let word = match verdict {
+        Verdict::Different if !difference.is_nan() => "other",
+        Verdict::Once => "measured once",
+        verdict => verdict.word(),
+    };
+    let difference = if difference.is_nan() { text(difference) } else { format!("{sign}{}", text(difference.abs())) };
+    cells.extend([difference, percent, word.to_owned()]);
     cells
 }
 
@@ -69,10 +91,12 @@ fn basis(of: &Number, a: &Measurement, b: &Measurement) -> Option<String> {
 
 /// The settings of a row as `diff` takes them.
 fn settings(row: &Measurement) -> String {
+    let label = row.label.as_ref().map(|label| format!("{label}: "));
+    let label = label.as_deref().unwrap_or_default();
     if let Some(tree) = &row.tree {
-        return format!("{tree}, {} of {}", row.container.name(), row.builder);
+        return format!("{label}{tree}, {} of {}", row.container.name(), row.builder);
     }
-    let mut words = vec![format!("builder={}", row.builder), format!("container={}", row.container.name())];
+    let mut words = vec![format!("{label}builder={}", row.builder), format!("container={}", row.container.name())];
     words.extend(row.settings.all().map(|(setting, text)| format!("{}={text}", setting.key)));
     words.join(" ")
 }
@@ -80,7 +104,7 @@ fn settings(row: &Measurement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::numbers::rows::{BUILD_MS, EPO, MRAYS_PER_S, NODES, SAH_COST, TREE_HASH};
+    use crate::catalog::numbers::rows::{BUILD_MS, EPO_MARGIN, MRAYS_PER_S, NODES, SAH_COST, TREE_HASH};
     use crate::lab::sample::sample;
     use bvhscope_engine::tree::ContainerKind;
 
@@ -111,6 +135,21 @@ mod tests {
 
     fn rounds(build: [f64; 9], trace: [f64; 9]) -> std::collections::BTreeMap<String, Vec<f64>> {
         [("build_ms", build), ("wide_trace_ms", trace)].map(|(key, rounds)| (key.to_owned(), rounds.to_vec())).into()
+    }
+
+    #[test]
+    fn within_the_intervals_of_estimates_no_word_is_said() {
+        let other = |value: f64| sample().with(TREE_HASH, "another").with(EPO, value).with(EPO_MARGIN, 0.04);
+        let word = |value: f64| {
+            let table = difference_table(&[sample().with(EPO_MARGIN, 0.03), other(value)]);
+            assert!(table.notes.iter().any(|note| note.contains("within ±0.030 of A and ±0.040 of B")), "{table}");
+            table.rows.into_iter().find(|row| row[0] == "EPO").map(|row| row[5].clone())
+        };
+        // The sample has 0.875; the root of the sum of squares is 0.05.
+        assert_eq!(
+            [0.92, 0.83, 0.93, 0.82].map(word),
+            ["not decided", "not decided", "worse", "better"].map(|word| Some(word.to_owned()))
+        );
     }
 
     /// However much the times of two builds of it differ.

@@ -8,13 +8,13 @@ use super::format::{
     spread_note,
 };
 use crate::catalog::numbers::rows::{
-    BUILD_MS, EPO_TRIANGLES, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP, WIDE_TRACE_MS,
+    BUILD_MS, EPO_MARGIN, MRAYS_PER_S, SPEEDUP, TRACE_MS, TRACE_SPEEDUP, WIDE_TRACE_MS,
 };
 use crate::catalog::numbers::{Direction, NUMBERS, Number};
 use crate::catalog::settings::{Setting, parameters};
 use crate::lab::measurement::{Measurement, ModelView, model_views};
 use crate::lab::verdict::{Order, Verdict, base_of, has_fastest, judge_rows, sort_by_speed};
-use crate::text::{count, counted};
+use crate::text::counted;
 
 /// Note of the column "ready".
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
@@ -44,7 +44,7 @@ pub(super) fn list_table(title: &str, rows: &[Measurement]) -> ReportTable {
     }
     let models = model_views(rows);
     for row in rows {
-        let mut line = vec![name_among(row.view(), &models), row.builder_name(), row.container.name().to_owned()];
+        let mut line = vec![name_among(row.view(), &models), row.name(), row.container.name().to_owned()];
         line.extend(symbols().map(|(parameter, _)| setting(row, parameter)));
         for (number, _) in columns() {
             line.push(number.digits.text(row.number(number)));
@@ -116,7 +116,7 @@ fn relative_speed(base: &Measurement, row: &Measurement) -> String {
 fn best_of(group: &[(usize, &Measurement)], base: &Measurement, models: &[ModelView<'_>]) -> String {
     let best = group[0].1;
     let which = format!("{}, {}", name_among(best.view(), models), best.container.name());
-    let (name, of) = (best.builder_name(), base.builder_name());
+    let (name, of) = (best.name(), base.name());
     let is_slower = |row: &Measurement| judge_rows(MRAYS_PER_S, best, row).0 == Verdict::Worse;
     let rivals: Vec<&Measurement> = group[1..].iter().map(|(_, row)| *row).filter(|row| !is_slower(row)).collect();
     let (verdict, factor) = judge_rows(MRAYS_PER_S, base, best);
@@ -132,7 +132,7 @@ fn best_of(group: &[(usize, &Measurement)], base: &Measurement, models: &[ModelV
     if rivals.is_empty() && group.len() > 1 {
         return format!("{which}: {name} is the fastest to trace{against}.");
     }
-    let names: Vec<String> = rivals.iter().map(|row| row.builder_name()).collect();
+    let names: Vec<String> = rivals.iter().map(|row| row.name()).collect();
     if names.is_empty() {
         return format!("{which}: {name} alone was measured.");
     }
@@ -156,14 +156,12 @@ fn symbols() -> impl Iterator<Item = (&'static Setting, &'static str)> {
     parameters().filter_map(|row| Some((row, row.symbol()?)))
 }
 
-/// The meaning of EPO, and how many triangles it was computed from, where they were not all.
+/// The meaning of EPO, and the widest interval where any is an estimate.
 fn overlap_basis(rows: &[Measurement]) -> String {
-    let sampled =
-        |row: &Measurement| row.values.value(EPO_TRIANGLES)?.as_u64().filter(|&count| count < row.triangles as u64);
-    let estimate =
-        rows.iter().filter_map(sampled).min().map_or_else(String::new, |least| {
-            format!(", estimated from {} triangles or more of each scene", count(least))
-        });
+    let margins = rows.iter().filter_map(|row| row.values.known(EPO_MARGIN));
+    let estimate = margins.max_by(f64::total_cmp).map_or_else(String::new, |margin| {
+        format!(", estimated with 95 % confidence within ±{} or less", number(margin))
+    });
     format!("EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it{estimate}.")
 }
 
@@ -258,8 +256,8 @@ mod tests {
         assert_eq!(cells(&table, 0), expected);
         assert_eq!(
             table.notes[5],
-            "EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it, estimated from 2,003 \
-             triangles or more of each scene."
+            "EPO: end-point overlap (Aila, Karras and Laine 2013), surface inside nodes that do not hold it, estimated with 95 % \
+             confidence within ±0.031 or less."
         );
         let table = list_table("Sweep", &[sample(), other]);
         assert_eq!(

@@ -3,6 +3,7 @@
 mod aligned;
 mod format;
 
+mod depths;
 mod difference;
 mod findings;
 mod lists;
@@ -18,6 +19,7 @@ mod summary;
 
 pub use aligned::ReportTable;
 pub use by_command::{few_entering, tables};
+pub use depths::depth_table;
 pub use difference::difference_table;
 pub(super) use format::conditions_and_threads;
 pub use format::{name_among, number, short};

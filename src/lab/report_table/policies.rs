@@ -85,9 +85,8 @@ pub(super) fn policy_tables(rows: &[Measurement]) -> Vec<ReportTable> {
         }
     }
     let models = model_views(rows);
-    let names = |row: &Measurement| {
-        format!("{}, {}, {}", name_among(row.view(), &models), row.builder_name(), row.container.name())
-    };
+    let names =
+        |row: &Measurement| format!("{}, {}, {}", name_among(row.view(), &models), row.name(), row.container.name());
     groups.iter().map(|group| policy_table(&names(group[0]), group)).collect()
 }
 

@@ -64,7 +64,7 @@ fn tests_table(rows: &[Measurement], populations: &[Population]) -> ReportTable 
 /// Scene, builder, container and threshold of a row.
 fn named(row: &Measurement, views: &[ModelView<'_>]) -> Vec<String> {
     let container = row.container.name().to_owned();
-    vec![name_among(row.view(), views), row.builder_name(), container, setting(row, &THRESHOLD)]
+    vec![name_among(row.view(), views), row.name(), container, setting(row, &THRESHOLD)]
 }
 
 /// Costs of rays in the trees of one kind of container, beside the numbers that predict them. Rays that enter the root of a tree of boxes are others

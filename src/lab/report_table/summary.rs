@@ -22,7 +22,8 @@ pub fn summary(row: &Measurement) -> String {
         "none" => "without BVH".to_owned(),
         builder => {
             let mut parts = vec![row.container.name().to_owned()];
-            parts.extend((builder != "aac" || row.tree.is_some()).then(|| builder.to_owned()));
+            let name = row.label.clone().or_else(|| row.file_name());
+            parts.extend(name.or_else(|| (builder != "aac").then(|| builder.to_owned())));
             parts.extend(row.settings.by_symbol());
             parts.extend(row.settings.by_name());
             parts.join(", ")

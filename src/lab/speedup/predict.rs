@@ -110,6 +110,7 @@ mod tests {
             simd: SimdLevel::default(),
             repeat: 2,
             populations: Populations::NONE,
+            epo_samples: None,
         };
         let subject = Subject { model: "teapot".to_owned(), scene, trees: Vec::new(), load: LoadOptions::default() };
         for builder in BuilderKind::ALL {

@@ -15,6 +15,8 @@ pub struct Reading {
     pub value: f64,
     /// Its value in each round, of a time or speed that was repeated.
     pub rounds: Vec<f64>,
+    /// Half-width of the interval around an estimate; 0 of an exact number.
+    pub margin: f64,
 }
 
 /// The direction in which a number went from one tree to another, and of a time or speed the factor that decides it.
@@ -27,6 +29,8 @@ pub fn judge(compared: &Compared, before: &Reading, now: &Reading, order: Order)
         let Some(factor) = Factor::of(&before.rounds, &now.rounds, order) else { return (Verdict::Once, None) };
         let Some(direction) = factor.decided() else { return (Verdict::Undecided, Some(factor)) };
         (direction, Some(factor))
+    } else if change != 0.0 && change.abs() <= before.margin.hypot(now.margin) {
+        return (Verdict::Undecided, None);
     } else if change.abs() <= before.value.abs() * EQUAL {
         return (Verdict::Same, None);
     } else {
@@ -49,7 +53,7 @@ pub enum Verdict {
     Worse,
     /// No difference.
     Same,
-    /// The rounds do not decide.
+    /// The rounds, or the intervals of estimates, do not decide.
     Undecided,
     /// One of the two was measured only once, so that chance cannot be told from difference.
     Once,
@@ -81,8 +85,8 @@ mod tests {
         let of = |number: &Number, before: &Reading, now: &Reading| {
             number.compared.map(|compared| judge(&compared, before, now, Order::InTurn).0)
         };
-        let rounds = |times: [f64; 9]| Reading { value: times[4], rounds: times.to_vec() };
-        let single = |value| Reading { value, rounds: Vec::new() };
+        let rounds = |times: [f64; 9]| Reading { value: times[4], rounds: times.to_vec(), margin: 0.0 };
+        let single = |value| Reading { value, ..Reading::default() };
         let before = rounds([19.0, 20.0, 21.0, 20.0, 20.0, 24.0, 20.0, 19.5, 20.0]);
         let less = rounds([18.0, 19.0, 20.0, 19.0, 19.0, 23.0, 19.0, 18.5, 19.0]);
         assert_eq!(of(BUILD_MS, &before, &less), Some(Verdict::Better), "1 ms in each round, of which 5 varies");

@@ -35,7 +35,7 @@ pub fn base_of<'a>(rows: impl IntoIterator<Item = &'a Measurement> + Clone) -> O
 /// Gives each of `rows`, which were measured in turn, its verdicts against their base.
 pub fn add_verdicts(rows: &mut [Measurement]) {
     let Some(base) = base_of(&*rows).cloned() else { return };
-    let against = format!("{}, {}", base.builder_name(), base.container.name());
+    let against = format!("{}, {}", base.name(), base.container.name());
     for row in rows.iter_mut().filter(|row| **row != base) {
         row.verdicts = JUDGED.into_iter().filter_map(|number| of_row(number, &base, row, &against)).collect();
     }

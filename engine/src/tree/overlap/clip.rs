@@ -9,6 +9,27 @@ use crate::tree::container::Container;
 pub(super) trait Clip: Container {
     /// Area of the part of `triangle`, whose box is `bounds`, that lies inside the container.
     fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64;
+
+    /// Whether all of a box lies inside the container.
+    fn contains_box(&self, other: &Aabb) -> bool;
+
+    /// Whether the container is known to have no point in common with a box.
+    fn misses_box(&self, other: &Aabb) -> bool;
+}
+
+/// Whether all of a box lies in half-spaces, each an outward normal and the largest dot product with it inside.
+fn all_within(half_spaces: &[(glam::DVec3, f64)], other: &Aabb) -> bool {
+    half_spaces.iter().all(|(normal, limit)| normal.dot(farthest(*normal, other)) <= *limit)
+}
+
+/// Whether all of a box lies outside of one of the half-spaces.
+fn all_beyond_one(half_spaces: &[(glam::DVec3, f64)], other: &Aabb) -> bool {
+    half_spaces.iter().any(|(normal, limit)| normal.dot(farthest(-*normal, other)) > *limit)
+}
+
+/// The corner of a box that is farthest along `normal`.
+fn farthest(normal: glam::DVec3, of: &Aabb) -> glam::DVec3 {
+    glam::DVec3::select(normal.cmpgt(glam::DVec3::ZERO), of.max.as_dvec3(), of.min.as_dvec3())
 }
 
 impl Clip for Aabb {
@@ -34,6 +55,14 @@ impl Clip for Aabb {
         }
         area(&polygon)
     }
+
+    fn contains_box(&self, other: &Aabb) -> bool {
+        self.contains(other, 0.0)
+    }
+
+    fn misses_box(&self, other: &Aabb) -> bool {
+        self.intersection(other).is_empty()
+    }
 }
 
 impl Clip for Dop14 {
@@ -55,6 +84,14 @@ impl Clip for Dop14 {
         }
         area(&polygon)
     }
+
+    fn contains_box(&self, other: &Aabb) -> bool {
+        all_within(&self.half_spaces(), other)
+    }
+
+    fn misses_box(&self, other: &Aabb) -> bool {
+        all_beyond_one(&self.half_spaces(), other)
+    }
 }
 
 impl Clip for OrientedBox {
@@ -74,6 +111,14 @@ impl Clip for OrientedBox {
             }
         }
         area(&polygon)
+    }
+
+    fn contains_box(&self, other: &Aabb) -> bool {
+        all_within(&self.half_spaces(), other)
+    }
+
+    fn misses_box(&self, other: &Aabb) -> bool {
+        all_beyond_one(&self.half_spaces(), other)
     }
 }
 
@@ -107,6 +152,18 @@ impl Clip for Sphere {
         });
         let area = edge_area(a, b, disc_squared) + edge_area(b, c, disc_squared) + edge_area(c, a, disc_squared);
         area.max(0.0)
+    }
+
+    fn contains_box(&self, other: &Aabb) -> bool {
+        let center = self.center.as_dvec3();
+        let farthest = (center - other.min.as_dvec3()).abs().max((other.max.as_dvec3() - center).abs());
+        farthest.length() <= f64::from(self.radius)
+    }
+
+    fn misses_box(&self, other: &Aabb) -> bool {
+        let center = self.center.as_dvec3();
+        let nearest = center.clamp(other.min.as_dvec3(), other.max.as_dvec3());
+        nearest.distance(center) > f64::from(self.radius)
     }
 }
 

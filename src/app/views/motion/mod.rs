@@ -162,6 +162,7 @@ fn plan_of(inputs: &MotionInputs, policies: Vec<Policy>) -> MotionPlan {
         rays: vec![inputs.rays],
         simd: bvhscope_engine::kernel::SimdLevel::best(),
         repeat: REPEAT,
+        epo_samples: None,
     }
 }
 

@@ -127,7 +127,7 @@ fn add_scatter(studies: &mut Studies) -> std::io::Result<()> {
     );
     studies.add(plan, |accel, inputs: &ScatterInputs, token| {
         // Plotted beside the measured cost.
-        accel.epo(token)?;
+        accel.epo(None, token)?;
         VisitScatter::new(accel, inputs.sums.clone(), &inputs.visits, token)
     })
 }
@@ -166,7 +166,7 @@ fn measure_tree(
         Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),
     };
     measure_at_rest(&[&accel], &token.part(1, 3))?;
-    accel.epo(token)?;
+    accel.epo(None, token)?;
     let sums = rays.measure(&accel, &token.part(2, 3))?.sums;
     Ok(Some(PlottedTree { cost: (sums.root_hits > 0).then_some(sums.cost), ..PlottedTree::of(&accel) }))
 }
