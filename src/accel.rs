@@ -4,6 +4,7 @@
 mod file_tree;
 mod follow;
 pub mod followed;
+pub mod node_values;
 mod read;
 mod reading;
 pub mod tracer;

@@ -13,6 +13,7 @@
 //! | --- | --- | --- | --- |
 //! | [`text`] | names from outside as messages show them | everything else | [`text::printable`] |
 //! | [`vectors`] | lengths and directions of vectors of any size | everything else | [`vectors::length`] |
+//! | [`colors`] | colour maps, linear light and sRGB | everything else | [`colors::ColorMap`] |
 //! | [`catalog`] | what many places need, one row each: settings, numbers of a tree, metrics of a node, terms | egui, clap, files | [`catalog::numbers`] |
 //! | [`console`] | standard streams that may be full, closed, slow or without a reader | everything else | [`console::note`] |
 //! | [`threads`] | how many threads the program works with, and pools of them | everything else | [`threads::count`] |
@@ -62,6 +63,8 @@
 pub mod text;
 
 pub mod vectors;
+
+pub mod colors;
 
 pub mod catalog;
 

@@ -86,6 +86,16 @@ pub fn of_metric(metric: &Metric, value: f32) -> String {
     }
 }
 
+/// A name within a sentence: "area growth", but "SAH cost".
+pub fn lower(name: &str) -> String {
+    let mut chars = name.chars();
+    let (first, rest) = (chars.next(), chars.as_str());
+    match first {
+        Some(first) if !rest.starts_with(char::is_uppercase) => first.to_lowercase().chain(rest.chars()).collect(),
+        _ => name.to_owned(),
+    }
+}
+
 /// An age in whole seconds, minutes or hours: `12 s`, `3 min`, `2 h`.
 pub fn age(value: Duration) -> String {
     match value.as_secs() {

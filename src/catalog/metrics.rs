@@ -12,6 +12,8 @@ use super::terms::{self, Term};
 
 /// Predicted visits below which the ratio of measured to predicted visits is left to chance.
 pub const LEAST_PREDICTED_VISITS: f64 = 16.0;
+/// Part of the tree's cost below which savings have no colours of their own.
+const LEAST_REGRET: f32 = 1e-5;
 
 /// The source of the metrics of a tree's nodes.
 #[derive(Debug, Clone, Copy)]
@@ -28,9 +30,22 @@ pub struct NodeReading<'a> {
     pub regrets: Option<&'a Regrets>,
     /// Surface areas of its nodes when they were built, where it was kept or fitted since.
     pub built_areas: Option<&'a [f32]>,
+    /// Depth of the node that is asked for, where it is known without `ancestry`.
+    pub depth: Option<u32>,
 }
 
 impl NodeReading<'_> {
+    /// The data of a metric are known.
+    pub const fn has(&self, source: Source) -> bool {
+        match source {
+            Source::Tree => true,
+            Source::Counts => self.ancestry.is_some(),
+            Source::Visits => self.visits.is_some(),
+            Source::Regrets => self.regrets.is_some(),
+            Source::BuiltAreas => self.built_areas.is_some(),
+        }
+    }
+
     /// Measured and predicted visits of `node`; `None` until they are measured.
     pub fn visits(&self, node: u32) -> Option<(u32, f64)> {
         let visits = self.visits?;
@@ -42,22 +57,24 @@ impl NodeReading<'_> {
 /// A number of a node.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric {
-    /// Name in shared state.
+    /// Name in shared state and on the command line.
     pub key: &'static str,
+    /// Names in earlier versions, which are still read.
+    pub former_keys: &'static [&'static str],
     /// Name in the window.
     pub label: &'static str,
+    /// Title of a legend of containers.
+    pub quantity: &'static str,
     /// Its meaning, in one sentence with its formula.
     pub meaning: &'static str,
     /// The glossary's term that explains it.
     pub term: Option<&'static Term>,
     /// How it is written.
     pub form: Form,
-    /// It is known only once visits are measured.
-    pub needs_visits: bool,
-    /// It is known only once subtrees were rebuilt, which takes seconds.
-    pub needs_regrets: bool,
-    /// Its values span several powers of ten, so that colours follow their logarithm.
-    pub is_logarithmic: bool,
+    /// The data that it is computed from.
+    pub source: Source,
+    /// How places on its colour scale follow its values.
+    pub scale: Scale,
     /// Ends of its colour scale.
     pub ends: Ends,
     /// The value of a node; `None` where it has none, as a leaf has no overlap of children, or where it is not known.
@@ -75,15 +92,60 @@ pub enum Form {
     Count,
 }
 
+impl Form {
+    /// The value by which a container is coloured whose node has none.
+    pub const fn neutral(self) -> f32 {
+        match self {
+            Self::Share | Self::Count => 0.0,
+            Self::Ratio => 1.0,
+        }
+    }
+}
+
+/// The data that a metric is computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The tree and its statistics.
+    Tree,
+    /// Counts of primitives below each node.
+    Counts,
+    /// Visits, once they are measured.
+    Visits,
+    /// Savings from rebuilding subtrees, which takes seconds.
+    Regrets,
+    /// Areas of the nodes when they were built, of a tree that was kept or fitted since.
+    BuiltAreas,
+}
+
+/// How places on a colour scale follow the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// In proportion.
+    Linear,
+    /// By their square root, for depths: the few nodes above differ most.
+    SquareRoot,
+    /// By their logarithm, for values that span several powers of ten.
+    Logarithmic,
+}
+
 /// Ends of a colour scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub enum Ends {
     /// The same for every tree.
     Fixed(f32, f32),
     /// From 0 to the largest value, at least 1.
     UpToLargest,
-    /// Smallest and largest value.
-    Fitting,
+    /// From 0 to a number of the whole tree.
+    OfTree(fn(&TreeStats) -> f32),
+    /// Smallest and largest value; smaller ones count as this one.
+    Fitting(f32),
+}
+
+impl Metric {
+    /// It has this name, or had it in an earlier version.
+    pub fn is_named(&self, name: &str) -> bool {
+        self.key == name || self.former_keys.contains(&name)
+    }
 }
 
 impl PartialEq for Metric {
@@ -109,7 +171,7 @@ impl Serialize for Metric {
 impl<'de> Deserialize<'de> for &'static Metric {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let key = String::deserialize(deserializer)?;
-        let found = METRICS.into_iter().find(|metric| metric.key == key);
+        let found = METRICS.into_iter().find(|metric| metric.is_named(&key));
         found.ok_or_else(|| serde::de::Error::custom(format!("no metric of nodes is named '{key}'")))
     }
 }
@@ -123,15 +185,16 @@ pub const RANKED: [&Metric; 6] = [REGRET, COST, OVERLAP, EMPTY_SPACE, GROWTH, VI
 /// Contribution of the node to the SAH cost of the tree, 0 to 1; see [`node_metrics::sah_share`].
 pub const COST: &Metric = &Metric {
     key: "cost",
+    former_keys: &[],
     label: "SAH cost",
+    quantity: "Share of the SAH cost",
     meaning: "Contribution of the node alone to the SAH cost of the tree: area / root's area × (1 traversal step, or 1 test for \
               each triangle of a leaf)",
     term: Some(&terms::SAH_COST),
     form: Form::Share,
-    needs_visits: false,
-    needs_regrets: false,
-    is_logarithmic: true,
-    ends: Ends::Fitting,
+    source: Source::Tree,
+    scale: Scale::Logarithmic,
+    ends: Ends::Fitting(0.0),
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::sah_share(tree, node, nodes.stats))),
 };
 
@@ -139,10 +202,12 @@ pub const COST: &Metric = &Metric {
 pub const GROWTH: &Metric = &Metric {
     key: "growth",
     label: "Area growth",
+    quantity: "Area over that when built",
     meaning: "Surface area of the node now over that when the tree was built: where motion hurts. Known of trees that are kept or fitted \
               while the model moves",
     term: None,
     form: Form::Ratio,
+    source: Source::BuiltAreas,
     get: |nodes, node| {
         let built = *nodes.built_areas?.get(node as usize)?;
         let now = with_tree!(nodes.tree, tree => tree.area(node));
@@ -155,11 +220,13 @@ pub const GROWTH: &Metric = &Metric {
 pub const REGRET: &Metric = &Metric {
     key: "regret",
     label: "Regret",
+    quantity: "Regret",
     meaning: "How much cheaper the tree would be with this subtree rebuilt, where that is a larger part of its cost than in its \
               children and its parent; elsewhere what its own split costs. Rebuilt by binned SAH, of up to 500 triangles by exact \
               clustering too",
     term: Some(&terms::REGRET),
-    needs_regrets: true,
+    source: Source::Regrets,
+    ends: Ends::Fitting(LEAST_REGRET),
     get: |nodes, node| nodes.regrets?.regret(node),
     ..*COST
 };
@@ -168,6 +235,7 @@ pub const REGRET: &Metric = &Metric {
 pub const GAIN: &Metric = &Metric {
     key: "gain",
     label: "Gain",
+    quantity: "Gain from rebuilding",
     meaning: "How much cheaper the tree would be with this subtree rebuilt",
     get: |nodes, node| nodes.regrets?.gain(node),
     ..*REGRET
@@ -177,10 +245,11 @@ pub const GAIN: &Metric = &Metric {
 pub const OVERLAP: &Metric = &Metric {
     key: "overlap",
     label: "Overlap",
+    quantity: "Overlap of the children",
     meaning: "Surface of what both children have in common, over the node's own: rays there must visit both. Of more than two, the \
               sum over all pairs",
     term: Some(&terms::OVERLAP),
-    is_logarithmic: false,
+    scale: Scale::Linear,
     // Pairs of more than two children add up beyond 1.
     ends: Ends::UpToLargest,
     get: |nodes, node| with_tree!(nodes.tree, tree => node_metrics::overlap(tree, node)),
@@ -189,11 +258,13 @@ pub const OVERLAP: &Metric = &Metric {
 
 /// Part that the children leave empty, 0 to 1; see [`node_metrics::empty_space`].
 pub const EMPTY_SPACE: &Metric = &Metric {
-    key: "empty_space",
+    key: "empty-space",
+    former_keys: &["empty_space"],
     label: "Empty space",
+    quantity: "Part that the children leave empty",
     meaning: "Part of the node that its children leave empty: 1 − (areas of the children) / (their number × own area)",
     term: None,
-    is_logarithmic: false,
+    scale: Scale::Linear,
     ends: Ends::Fixed(0.0, 1.0),
     get: |nodes, node| with_tree!(nodes.tree, tree => node_metrics::empty_space(tree, node)),
     ..*COST
@@ -201,13 +272,15 @@ pub const EMPTY_SPACE: &Metric = &Metric {
 
 /// Measured over predicted visits; see [`Visits::predicted`].
 pub const VISIT_RATIO: &Metric = &Metric {
-    key: "visit_ratio",
+    key: "visit-ratio",
+    former_keys: &["visit_ratio"],
     label: "Visits ÷ predicted",
+    quantity: "Visits over those predicted",
     meaning: "Visits by the chosen rays, over those that its area predicts (area / root's area × rays that hit the root): the part \
               that the SAH does not know",
     term: None,
     form: Form::Ratio,
-    needs_visits: true,
+    source: Source::Visits,
     ends: Ends::Fixed(0.125, 8.0),
     get: |nodes, node| {
         let (measured, predicted) = nodes.visits(node)?;
@@ -219,7 +292,9 @@ pub const VISIT_RATIO: &Metric = &Metric {
 /// Surface area over the root's, 0 to 1; see [`node_metrics::area_share`].
 pub const AREA: &Metric = &Metric {
     key: "area",
+    former_keys: &["size"],
     label: "Area",
+    quantity: "Area over the root's",
     meaning: "Surface area over the root's: how likely a ray that hits the root hits the node",
     term: Some(&terms::AREA_SHARE),
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::area_share(tree, node))),
@@ -230,9 +305,11 @@ pub const AREA: &Metric = &Metric {
 pub const PRIMITIVES: &Metric = &Metric {
     key: "primitives",
     label: "Triangles",
+    quantity: "Triangles below",
     meaning: "Triangles below the node: where the model is dense",
     term: Some(&terms::NODE),
     form: Form::Count,
+    source: Source::Counts,
     get: |nodes, node| {
         let leaf = with_tree!(nodes.tree, tree => {
             let own = &tree.nodes[node as usize];
@@ -248,10 +325,15 @@ pub const PRIMITIVES: &Metric = &Metric {
 pub const DEPTH: &Metric = &Metric {
     key: "depth",
     label: "Depth",
+    quantity: "Depth",
     meaning: "Levels below the root, which has depth 0",
     term: Some(&terms::DEPTH),
     form: Form::Count,
-    is_logarithmic: false,
-    get: |nodes, node| nodes.ancestry.map(|ancestry| ancestry.depth(node) as f32),
+    scale: Scale::SquareRoot,
+    ends: Ends::OfTree(|stats| stats.max_depth.max(1) as f32),
+    get: |nodes, node| {
+        let depth = nodes.depth.or_else(|| Some(nodes.ancestry?.depth(node)));
+        depth.map(|depth| depth as f32)
+    },
     ..*COST
 };

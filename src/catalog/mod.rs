@@ -9,6 +9,7 @@ pub mod reading;
 
 pub mod numbers;
 
+pub mod metric_scale;
 pub mod metrics;
 
 pub mod fields;

@@ -87,6 +87,6 @@ impl<'a> Artist<'a> {
         let [step_text, steps, left] = [step as usize, timeline.steps() as usize, timeline.standing(step) as usize]
             .map(|number| count(number as u64));
         let title = format!("Merge {step_text} of {steps}, {left} clusters left");
-        [legend::of_merge(title), legend::of_containers(&self.settings, &self.table, input.shown)]
+        [legend::of_merge(title), legend::of_containers(&self.table, input.shown)]
     }
 }

@@ -140,11 +140,11 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
 
 /// Checks what can be checked before the model is loaded.
 fn check(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
-    if let Some(path) = &command.output {
-        if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-            let text = "the file must end in .png: no other format is written here";
-            return Err(Failure::Usage(wrong_ending(path, text)));
-        }
+    if let Some(path) = &command.output
+        && !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+    {
+        let text = "the file must end in .png: no other format is written here";
+        return Err(Failure::Usage(wrong_ending(path, text)));
     }
     if command.labels.len() > command.trees.len() {
         return Err(Failure::Usage("--label: A and B take a label each, no more".to_owned()));

@@ -9,7 +9,7 @@ use crate::lab::diff::diverging;
 use crate::lab::plot::{Axis, Scale, font, text_width, tick_text};
 #[cfg(feature = "gui")]
 use crate::overlay::Role;
-use crate::overlay::{self, ColorBy, NodeTable, OverlaySettings, Shown};
+use crate::overlay::{self, ColorScale, NodeTable, Shown};
 use crate::render::{Background, Frame, Shading};
 
 /// Narrowest picture that has a legend unless one is asked for, in pixels.
@@ -61,22 +61,25 @@ pub(super) fn of_difference(limit: f32) -> Key {
 }
 
 /// The legend of the containers `shown` of `table`.
-pub(super) fn of_containers(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> Key {
-    let legend = overlay::legend(settings, table, shown);
+pub(super) fn of_containers(table: &NodeTable, shown: &Shown) -> Key {
+    let legend = overlay::legend(shown);
     let [first, last] = shown.levels;
-    if settings.color_by == ColorBy::Depth && last - first < MAX_LEVELS {
+    if let ColorScale::Metric(scale) = &shown.colors
+        && shown.colors.is_by_depth()
+        && last - first < MAX_LEVELS
+    {
         let color = |depth: u32| {
-            let color = overlay::ramp(shown.place((depth as f32).sqrt()));
+            let color = overlay::ramp(scale.position(depth as f32));
             (overlay::level_color(color, depth, shown.levels), depth.to_string())
         };
         let title = format!("Depth of the containers; the tree reaches {}", table.max_depth());
         return Key { title, colors: Colors::Named((first..=last).map(color).collect()) };
     }
-    if settings.color_by == ColorBy::Planes {
+    if shown.colors == ColorScale::Planes {
         let kinds = legend.stops.into_iter().map(|(at, kind)| (overlay::ramp(at), kind));
         return Key { title: legend.title.to_owned(), colors: Colors::Named(kinds.collect()) };
     }
-    let colors = (0..COLORS).map(|step| legend.color(step as f32 / (COLORS - 1) as f32)).collect();
+    let colors = (0..COLORS).map(|step| overlay::ramp(step as f32 / (COLORS - 1) as f32)).collect();
     Key { title: legend.title.to_owned(), colors: Colors::Bar(colors, legend.stops) }
 }
 

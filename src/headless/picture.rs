@@ -8,8 +8,11 @@ use super::context::Failure;
 use super::exr::write_exr;
 use super::legend::{self, Key};
 use super::svg::svg;
+use crate::accel::node_values::KnownVisits;
+use crate::catalog::metrics::Source;
 use crate::console::note;
 use crate::export::{ExportError, Protected, cannot_be_written, write_bytes, write_file};
+use crate::lab::population::{Population, ViewRays};
 #[cfg(feature = "gui")]
 use crate::overlay::PictureInput;
 use crate::overlay::{
@@ -61,7 +64,8 @@ impl Picture {
     ) -> Result<Self, Failure> {
         let background = frame.settings.background;
         let viewpoint = Viewpoint { camera: frame.camera, size_px: choice.size, section: frame.settings.section };
-        let shown = choice.overlay.map(|overlay| chosen(table, &overlay, choice, &viewpoint, token)).transpose()?;
+        let view = (frame, &viewpoint);
+        let shown = choice.overlay.map(|overlay| chosen(table, &overlay, choice, view, token)).transpose()?;
         let keys = if legend::is_wanted(choice.legend, choice.size[0]) {
             keys(frame, choice, table, shown.as_deref())
         } else {
@@ -127,15 +131,28 @@ impl Picture {
     }
 }
 
-/// The nodes that are drawn, with a note where these are not all.
+/// The nodes that are drawn, with a note where these are not all or have other colours. Visits are those by the rays of the picture.
 fn chosen(
     table: &NodeTable,
     settings: &OverlaySettings,
     choice: &PictureChoice<'_>,
-    viewpoint: &Viewpoint,
+    (frame, viewpoint): (&Frame, &Viewpoint),
     token: &CancelToken,
 ) -> Result<Arc<Shown>, Failure> {
+    if settings.color_by.source() == Source::Visits {
+        let rays = ViewRays::new(Population::Primary, frame.camera, choice.size, &frame.settings);
+        table.set_visits(Some(KnownVisits(rays.measure(table.accel(), token)?.visits)));
+    }
     table.prepare(settings, token)?;
+    let color_by = table.drawable(settings).color_by;
+    if color_by != settings.color_by {
+        note(format_args!(
+            "bvhscope: --color-by {}: the tree has not followed a model (--time, --policy refit); the colours are those of --color-by {}",
+            settings.color_by.name(),
+            color_by.name()
+        ));
+    }
+    let settings = &OverlaySettings { color_by, ..*settings };
     let shown = table.shown(settings, choice.selection, Some(viewpoint));
     let drawn = if choice.is_vector { shown.outlined } else { shown.nodes.len() };
     if shown.wanted > drawn {
@@ -151,11 +168,8 @@ fn chosen(
 fn keys(frame: &Frame, choice: &PictureChoice<'_>, table: &NodeTable, shown: Option<&Shown>) -> Vec<Key> {
     let of_values = legend::of_values(frame).filter(|_| choice.geometry);
     let is_neutral = choice.geometry && frame.settings.shading.is_coded();
-    let of_containers = choice.overlay.as_ref().zip(shown).filter(|(_, shown)| !is_neutral && !shown.nodes.is_empty());
-    of_values
-        .into_iter()
-        .chain(of_containers.map(|(settings, shown)| legend::of_containers(settings, table, shown)))
-        .collect()
+    let of_containers = shown.filter(|shown| !is_neutral && !shown.nodes.is_empty());
+    of_values.into_iter().chain(of_containers.map(|shown| legend::of_containers(table, shown))).collect()
 }
 
 /// The colours of the frame, with the triangles of the selected node tinted where there is an overlay.

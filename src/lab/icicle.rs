@@ -11,7 +11,7 @@ use bvhscope_engine::tree::{Container, Tree, node_metrics};
 use bvhscope_engine::with_tree;
 
 use crate::accel::Accel;
-use crate::lab::node_values::KnownVisits;
+use crate::accel::node_values::KnownVisits;
 
 /// Meaning of a node's width: the sum of a number over it and all nodes below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

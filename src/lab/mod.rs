@@ -31,7 +31,6 @@ pub mod diagnose;
 pub mod scaffold;
 pub mod visit_scatter;
 
-pub mod node_values;
 pub mod population;
 pub mod prediction;
 

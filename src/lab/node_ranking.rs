@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::tree::largest::largest_nodes;
 
+use crate::accel::node_values::NodeValues;
 use crate::catalog::metrics::{self, Metric};
-use crate::lab::node_values::NodeValues;
 
 /// Most nodes in a ranking.
 pub const RANKED_NODES: usize = 1_000;

@@ -7,8 +7,8 @@ use bvhscope_engine::tree::largest::largest_nodes;
 use bvhscope_engine::with_tree;
 
 use crate::accel::Accel;
+use crate::accel::node_values::{KnownVisits, NodeValues};
 use crate::catalog::metrics::{self, LEAST_PREDICTED_VISITS};
-use crate::lab::node_values::{KnownVisits, NodeValues};
 use crate::lab::plot::{Axis, Scale};
 use crate::lab::population::MeasuredRays;
 

@@ -53,7 +53,7 @@ pub use offscreen::{Offscreen, OffscreenError, draw_offscreen};
 pub use picture::{step_within, thinned};
 #[cfg(feature = "gui")]
 pub use pipeline::OverlayPipeline;
-pub use ramp::{Legend, legend, ramp};
+pub use ramp::{ColorScale, Legend, legend, ramp};
 pub use selection::Selection;
 pub use settings::{ColorBy, OverlaySettings};
 #[cfg(feature = "gui")]

@@ -1,35 +1,37 @@
-//! The colour scale of containers: its range, its ramp and its legend, shared by shader and window.
+//! The colour scale of containers: its ramp, its meaning and its legend, shared by shader and window.
 
-use crate::overlay::node_table::{NodeTable, Shown};
-use crate::overlay::settings::{ColorBy, OverlaySettings};
+use crate::catalog::metric_scale::MetricScale;
+use crate::catalog::metrics::{self, Form, Scale};
+use crate::colors::ColorMap;
+use crate::overlay::node_table::Shown;
 
-/// Number of colours of the ramp, between which window and shader interpolate.
+/// Number of colours of the ramp between which the shader interpolates.
 pub const RAMP_STOPS: usize = 16;
-
-/// The colour map viridis (Smith and van der Walt, 2015) at evenly spaced positions, sRGB bytes.
-const VIRIDIS: [[u8; 3]; RAMP_STOPS] = [
-    [68, 1, 84],
-    [72, 26, 108],
-    [71, 47, 125],
-    [65, 68, 135],
-    [57, 86, 140],
-    [49, 104, 142],
-    [42, 120, 142],
-    [35, 136, 142],
-    [31, 152, 139],
-    [34, 168, 132],
-    [53, 183, 121],
-    [84, 197, 104],
-    [122, 209, 81],
-    [165, 219, 54],
-    [210, 226, 27],
-    [253, 231, 37],
-];
 
 /// Start of the part of viridis that is used: darker lines would not show on a dark background.
 const DARKEST: f32 = 0.22;
 /// End of the part that is used: pure yellow would outshine the selection.
 const BRIGHTEST: f32 = 0.86;
+/// Most labels of a legend.
+const MOST_STOPS: usize = 7;
+
+/// The meaning of the places of nodes on the ramp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ColorScale {
+    /// Values of a metric.
+    Metric(MetricScale),
+    /// 0 for nodes that another tree has too, 1 for the others.
+    Survival,
+    /// 0 for plain, 0.5 for fitted and 1 for skewed boxes.
+    Planes,
+}
+
+impl ColorScale {
+    /// Places stand for depths, whose levels are told apart by lightness too.
+    pub fn is_by_depth(&self) -> bool {
+        matches!(self, Self::Metric(scale) if scale.metric == metrics::DEPTH)
+    }
+}
 
 /// The legend of the colour scale.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,26 +40,13 @@ pub struct Legend {
     pub title: &'static str,
     /// Positions along the ramp, 0 to 1 and ascending, with their labels.
     pub stops: Vec<(f32, String)>,
-    /// The part of the ramp that the drawn containers have colours of, for depths.
-    pub drawn: Option<[f32; 2]>,
+    /// The part of the ramp that the drawn containers have colours of.
+    pub drawn: [f32; 2],
 }
 
-impl Legend {
-    /// The colour of the lines at `position`, clamped to 0..1, as sRGB bytes.
-    pub fn color(&self, position: f32) -> [u8; 3] {
-        ramp(position)
-    }
-}
-
-/// The colour at `position` between 0 and 1: the middle part of viridis, as sRGB bytes.
+/// The colour at `position` between 0 and 1, clamped: the middle part of viridis, as sRGB bytes.
 pub fn ramp(position: f32) -> [u8; 3] {
-    let place = (DARKEST + (BRIGHTEST - DARKEST) * position.clamp(0.0, 1.0)) * (RAMP_STOPS - 1) as f32;
-    let stop = (place as usize).min(RAMP_STOPS - 2);
-    let blend = place - stop as f32;
-    std::array::from_fn(|channel| {
-        let [a, b] = [stop, stop + 1].map(|stop| f32::from(VIRIDIS[stop][channel]));
-        (a + (b - a) * blend).round() as u8
-    })
+    ColorMap::Viridis.srgb(DARKEST + (BRIGHTEST - DARKEST) * position.clamp(0.0, 1.0))
 }
 
 /// The ramp's colours for the shader, sRGB RGBA, 0 to 1.
@@ -69,74 +58,49 @@ pub fn shader_ramp() -> [[f32; 4]; RAMP_STOPS] {
     })
 }
 
-/// The legend of the containers `shown` of `table` with `settings`.
-pub fn legend(settings: &OverlaySettings, table: &NodeTable, shown: &Shown) -> Legend {
-    let [low, high] = shown.scale;
-    let at = |value: f32| shown.place(value);
-    match settings.color_by {
-        ColorBy::Depth => {
-            let last = table.max_depth();
-            let at = |depth: u32| at((depth as f32).sqrt());
-            let [first_drawn, last_drawn] = table.drawn_depths(settings);
-            let drawn = Some([at(if settings.parents { 0 } else { first_drawn }), at(last_drawn)]);
-            // Evenly spaced on the ramp, which runs with the square root of the depth.
-            let mut depths: Vec<u32> = (0..=4).map(|step| (last * step * step + 8) / 16).collect();
-            depths.dedup();
-            let stops = depths.into_iter().map(|depth| (at(depth), depth.to_string())).collect();
-            Legend { title: "Depth", stops, drawn }
-        }
-        ColorBy::Size | ColorBy::Regret => {
-            let percent = |value: f32| value.exp2() * 100.0;
-            let powers = (-10..=2).map(|exponent| 10_f32.powi(exponent));
-            let stops = powers.map(|percent| ((percent / 100.0).log2(), percent_text(percent)));
-            let ends = [low, high].map(|value| (value, percent_text(percent(value))));
-            let title = if settings.color_by == ColorBy::Size { "Area over the root's" } else { "Regret" };
-            Legend { title, stops: thinned(stops, ends, [low, high]), drawn: None }
-        }
-        ColorBy::Growth => {
-            let powers = (-8..=16).map(|exponent| exponent as f32);
-            let text = |value: f32| format!("{} ×", short_ratio(value.exp2()));
-            let ends = [low, high].map(|value| (value, text(value)));
-            let stops = powers.map(|value| (value, text(value)));
-            Legend { title: "Area over that when built", stops: thinned(stops, ends, [low, high]), drawn: None }
-        }
-        ColorBy::Overlap => {
-            let stops = [0, 25, 50, 75, 100].map(|percent| (percent as f32 / 100.0, format!("{percent} %")));
-            Legend { title: "Overlap of the children", stops: stops.to_vec(), drawn: None }
-        }
-        ColorBy::Survival => {
-            let stops = vec![(0.0, "in both trees".to_owned()), (1.0, "in this one only".to_owned())];
-            Legend { title: "Nodes of both trees", stops, drawn: None }
-        }
-        ColorBy::Planes => {
-            let stops = vec![(0.0, "plain".to_owned()), (0.5, "fitted".to_owned()), (1.0, "skewed".to_owned())];
-            Legend { title: "Planes of the box", stops, drawn: None }
-        }
-        ColorBy::Primitives => {
-            let powers = (0..10).map(|exponent| 10_u32.pow(exponent));
-            let stops = powers.map(|count| ((count as f32).log2(), short(count)));
-            let ends = [low, high].map(|value| (value, short(value.exp2().round() as u32)));
-            Legend { title: "Triangles below", stops: thinned(stops, ends, [low, high]), drawn: None }
-        }
-    }
+/// The legend of the containers `shown`.
+pub fn legend(shown: &Shown) -> Legend {
+    let named = |stops: &[(f32, &str)]| stops.iter().map(|&(at, name)| (at, name.to_owned())).collect();
+    let (title, stops) = match &shown.colors {
+        ColorScale::Metric(scale) => (scale.metric.quantity, stops(scale)),
+        ColorScale::Survival => ("Nodes of both trees", named(&[(0.0, "in both trees"), (1.0, "in this one only")])),
+        ColorScale::Planes => ("Planes of the box", named(&[(0.0, "plain"), (0.5, "fitted"), (1.0, "skewed")])),
+    };
+    Legend { title, stops, drawn: shown.span }
 }
 
-/// The `stops` within the range with their places on the ramp, or its `ends` where fewer than two lie within; at most six.
-fn thinned(
-    stops: impl Iterator<Item = (f32, String)>,
-    ends: [(f32, String); 2],
-    [low, high]: [f32; 2],
-) -> Vec<(f32, String)> {
-    let mut within: Vec<_> = stops.filter(|(value, _)| (low..=high).contains(value)).collect();
-    if within.len() < 2 {
-        within = ends.into();
+/// Round values within a scale, with their places; its ends where it has no two of them.
+fn stops(scale: &MetricScale) -> Vec<(f32, String)> {
+    let (form, [low, high]) = (scale.metric.form, scale.ends);
+    let quarters = (0..=4_u8).map(|step| f32::from(step) * 0.25);
+    let mut values: Vec<f32> = match scale.metric.scale {
+        Scale::Linear => quarters.map(|part| low + (high - low) * part).collect(),
+        // Evenly spaced on the ramp.
+        Scale::SquareRoot => quarters.map(|part| low + (high - low) * part * part).collect(),
+        Scale::Logarithmic => {
+            let base = if form == Form::Ratio { 2.0_f32 } else { 10.0 };
+            let powers = (-12..=16).map(|exponent| base.powi(exponent));
+            let within: Vec<f32> = powers.filter(|value| (low..=high).contains(value)).collect();
+            let step = within.len().div_ceil(MOST_STOPS).max(1);
+            if within.len() < 2 { scale.ends.into() } else { within.into_iter().step_by(step).collect() }
+        }
+    };
+    if form == Form::Count {
+        for value in &mut values {
+            *value = value.round();
+        }
     }
-    let step = within.len().div_ceil(6);
-    within
-        .into_iter()
-        .step_by(step)
-        .map(|(value, text)| (((value - low) / (high - low)).clamp(0.0, 1.0), text))
-        .collect()
+    values.dedup();
+    values.into_iter().map(|value| (scale.position(value), short(form, value))).collect()
+}
+
+/// A value in few characters.
+fn short(form: Form, value: f32) -> String {
+    match form {
+        Form::Share => percent_text(value * 100.0),
+        Form::Ratio => format!("{} ×", short_ratio(value)),
+        Form::Count => short_count(value as u32),
+    }
 }
 
 /// A percentage with up to two significant digits.
@@ -147,14 +111,14 @@ fn percent_text(percent: f32) -> String {
     format!("{text} %")
 }
 
-/// A ratio with up to two decimals.
+/// A ratio with up to two decimals, a small one with three.
 fn short_ratio(ratio: f32) -> String {
-    let text = format!("{ratio:.2}");
+    let text = if ratio < 0.2 { format!("{ratio:.3}") } else { format!("{ratio:.2}") };
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A count in few characters: 1, 10, 100, 1k, 10k, 100k, 1M.
-fn short(count: u32) -> String {
+fn short_count(count: u32) -> String {
     match count {
         1_000_000.. => format!("{}M", count / 1_000_000),
         1_000.. => format!("{}k", count / 1_000),

@@ -148,29 +148,13 @@ pub static COLOR_BY: Setting<OverlaySettings> = Setting {
         set: |overlay, index| overlay.color_by = ColorBy::ALL[index],
     },
     applies: |_| true,
-    written: Written::If(|overlay| ColorBy::OF_ONE_TREE.contains(&overlay.color_by)),
+    written: Written::If(|overlay| overlay.color_by != ColorBy::Survival),
 };
 
-/// A command draws one tree at one moment, so that its flag names only what that has.
+/// A command draws one tree, so that its flag cannot name what needs another.
 fn color_choice(color_by: ColorBy) -> Choice {
-    let tip = match color_by {
-        ColorBy::Depth => "Levels below the root: what contains what",
-        ColorBy::Size => "Surface area relative to the root's: how likely a ray hits it",
-        ColorBy::Overlap => {
-            "Surface that its two children have in common, over its own: rays there must visit both. Of more children, the sum over all pairs"
-        }
-        ColorBy::Primitives => "Number of triangles below it: where the model is dense",
-        ColorBy::Regret => "What rebuilding it would save: where the tree is bad",
-        ColorBy::Growth => {
-            "Its surface now over that when the tree was built, in trees that are kept or fitted while the model moves"
-        }
-        ColorBy::Planes => "Whether an oriented box is a plain one, turned to fit or skewed: see the pass Orient",
-        ColorBy::Survival => {
-            "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
-        }
-    };
-    let is_flag = ColorBy::OF_ONE_TREE.contains(&color_by);
-    Choice { is_flag, ..Choice::new(color_by.name(), color_by.label(), tip) }
+    let (is_flag, former_names) = (color_by != ColorBy::Survival, color_by.former_names());
+    Choice { is_flag, former_names, ..Choice::new(color_by.name(), color_by.label(), color_by.meaning()) }
 }
 
 /// Strength of lines behind the surface.
@@ -234,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn drawn_containers_are_a_list_or_a_name_of_earlier_versions() {
+    fn names_of_earlier_versions_are_read() {
         for (text, list) in [
             ("none", "none"),
             ("oriented,box,box", "box,oriented"),
@@ -248,6 +232,9 @@ mod tests {
             assert_eq!(CONTAINERS.parse(&mut overlay, text), Ok(()), "{text}");
             assert_eq!((CONTAINERS.text(&overlay).as_str(), overlay.follows_tree), (list, false), "{text}");
         }
+        let mut overlay = OverlaySettings::default();
+        assert_eq!(COLOR_BY.parse(&mut overlay, "size"), Ok(()));
+        assert_eq!(COLOR_BY.text(&overlay), "area");
         let error = CONTAINERS.parse(&mut OverlaySettings::default(), "box,cube");
         assert_eq!(error, Err("one of box, sphere, dop, oriented is expected".to_owned()));
     }

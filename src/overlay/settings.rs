@@ -1,74 +1,95 @@
 //! Which containers are drawn, and how.
 
 use bvhscope_engine::tree::ContainerKind;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::container_set::ContainerSet;
+use crate::catalog::metrics::{self, METRICS, Metric, Source};
 
 /// The quantity that the colour of a container encodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ColorBy {
-    /// Depth in the tree.
-    Depth,
-    /// Surface area relative to the root's, logarithmic.
-    Size,
-    /// Overlap of the children as a fraction of the node's own area.
-    Overlap,
-    /// Number of primitives in the subtree, logarithmic.
-    Primitives,
-    /// Regret of the node, logarithmic.
-    Regret,
+    /// A number of the node.
+    Metric(&'static Metric),
     /// Whether another tree has a node of the same triangles.
     Survival,
-    /// Surface area now over that when the tree was built, logarithmic.
-    Growth,
     /// Which planes an oriented box lies between.
     Planes,
 }
 
 impl ColorBy {
+    /// Depth in the tree.
+    pub const DEPTH: Self = Self::Metric(metrics::DEPTH);
     /// All quantities, in the order of menus.
-    pub const ALL: [Self; 8] = [
-        Self::Depth,
-        Self::Size,
-        Self::Overlap,
-        Self::Primitives,
-        Self::Regret,
-        Self::Survival,
-        Self::Growth,
-        Self::Planes,
-    ];
-    /// Those that need neither another tree nor another moment.
-    pub const OF_ONE_TREE: [Self; 6] =
-        [Self::Depth, Self::Size, Self::Overlap, Self::Primitives, Self::Regret, Self::Planes];
+    pub const ALL: [Self; METRICS.len() + 2] = {
+        let mut all = [Self::Planes; METRICS.len() + 2];
+        let mut at = 0;
+        while at < METRICS.len() {
+            all[at] = Self::Metric(METRICS[at]);
+            at += 1;
+        }
+        all[at] = Self::Survival;
+        all
+    };
 
-    /// The name on the command line.
+    /// The name on the command line and in saved settings.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Depth => "depth",
-            Self::Size => "size",
-            Self::Overlap => "overlap",
-            Self::Primitives => "primitives",
-            Self::Regret => "regret",
+            Self::Metric(metric) => metric.key,
             Self::Survival => "survival",
-            Self::Growth => "growth",
             Self::Planes => "planes",
+        }
+    }
+
+    /// Names in earlier versions, which are still read.
+    pub const fn former_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Metric(metric) => metric.former_keys,
+            Self::Survival | Self::Planes => &[],
         }
     }
 
     /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
-            Self::Depth => "Depth",
-            Self::Size => "Size",
-            Self::Overlap => "Overlap",
-            Self::Primitives => "Primitives",
-            Self::Regret => "Regret",
+            Self::Metric(metric) => metric.label,
             Self::Survival => "Survival",
-            Self::Growth => "Growth",
             Self::Planes => "Planes",
         }
+    }
+
+    /// Its meaning, in one sentence.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Metric(metric) => metric.meaning,
+            Self::Survival => {
+                "Whether tree B has a node of the same triangles too; without a B, whether the tree had it before its passes"
+            }
+            Self::Planes => "Whether an oriented box is a plain one, turned to fit or skewed: see the pass Orient",
+        }
+    }
+
+    /// The data of one tree that it needs.
+    pub const fn source(self) -> Source {
+        match self {
+            Self::Metric(metric) => metric.source,
+            Self::Survival | Self::Planes => Source::Tree,
+        }
+    }
+}
+
+impl Serialize for ColorBy {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for ColorBy {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let is_named = |color: &Self| color.name() == name || color.former_names().contains(&name.as_str());
+        let found = Self::ALL.into_iter().find(is_named);
+        found.ok_or_else(|| serde::de::Error::custom(format!("no colour of containers is named '{name}'")))
     }
 }
 
@@ -113,7 +134,7 @@ impl Default for OverlaySettings {
             depth: None,
             leaves_only: false,
             parents: false,
-            color_by: ColorBy::Depth,
+            color_by: ColorBy::DEPTH,
             hidden_alpha: 0.15,
             line_width: 1.25,
             hide_triangles: true,
@@ -169,10 +190,29 @@ mod tests {
             "color_by":"size","hidden_alpha":0.5,"line_width":2.0,"budget":123}"#;
         let settings: OverlaySettings = serde_json::from_str(old).unwrap();
         assert_eq!((settings.depth, settings.budget), (Some([2, 5]), Some(123)));
-        assert_eq!((settings.leaves_only, settings.color_by, settings.follows_tree), (true, ColorBy::Size, true));
+        assert_eq!(
+            (settings.leaves_only, settings.color_by, settings.follows_tree),
+            (true, ColorBy::Metric(metrics::AREA), true)
+        );
         assert_eq!(settings.containers, ContainerSet::of(ContainerKind::Sphere));
         let settings: OverlaySettings = serde_json::from_str(r#"{"follows_tree":false,"show_dops":true}"#).unwrap();
         assert_eq!(settings.containers, ContainerSet::of(ContainerKind::Aabb).with(ContainerKind::Dop14));
+    }
+
+    #[test]
+    fn colours_of_older_versions_are_read() {
+        let names = ["depth", "size", "overlap", "primitives", "regret", "survival", "growth", "planes"];
+        let now = ["depth", "area", "overlap", "primitives", "regret", "survival", "growth", "planes"];
+        for (old, new) in names.into_iter().zip(now) {
+            let read: ColorBy = serde_json::from_value(old.into()).unwrap();
+            assert_eq!(serde_json::to_value(read).unwrap(), new, "{old}");
+        }
+        // Names of metrics in views.
+        for (old, new) in [("empty_space", "empty-space"), ("visit_ratio", "visit-ratio")] {
+            let read: &Metric = serde_json::from_value(old.into()).unwrap();
+            assert_eq!(read.key, new);
+        }
+        assert!(serde_json::from_str::<ColorBy>("\"colour\"").is_err());
     }
 
     #[test]

@@ -6,7 +6,6 @@ use crate::camera::Projection;
 use crate::overlay::input::DrawInput;
 use crate::overlay::level::strength;
 use crate::overlay::ramp::{RAMP_STOPS, shader_ramp};
-use crate::overlay::settings::ColorBy;
 
 /// The uniform buffer; the struct `View` in `common.wgsl` has the same layout.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -65,7 +64,7 @@ impl ViewUniforms {
             ),
             viewport: [x as f32, y as f32, width.max(1) as f32, height.max(1) as f32],
             hidden_alpha: input.settings.hidden_alpha.clamp(0.0, 1.0),
-            by_depth: u32::from(input.settings.color_by == ColorBy::Depth),
+            by_depth: u32::from(input.shown.colors.is_by_depth()),
             circle_segments,
             show_picture: u32::from(input.show_picture),
             neutral: u32::from(is_neutral),

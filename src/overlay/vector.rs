@@ -10,7 +10,7 @@ use super::node::{OverlayNode, Role};
 use super::node_table::{NodeTable, Shown};
 use super::ramp::ramp;
 use super::selection::Selection;
-use super::settings::{ColorBy, OverlaySettings};
+use super::settings::OverlaySettings;
 use super::viewpoint::Viewpoint;
 use crate::camera::{CameraFrame, Projection};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -167,7 +167,7 @@ fn stroke(
     Stroke {
         color: if input.neutral_lines {
             [255; 3]
-        } else if settings.color_by == ColorBy::Depth {
+        } else if input.shown.colors.is_by_depth() {
             level_color(color, node.depth, levels)
         } else {
             color

@@ -10,8 +10,8 @@ use super::frame::{Frame, FrameStats};
 use super::grid::Grid;
 use super::request::RenderRequest;
 use super::settings::Shading;
-use super::srgb::Encoder;
 use super::tone::tone_map;
+use crate::colors::srgb::Encoder;
 
 /// Poll for cancellation about every 16,384 pixels.
 const PIXELS_PER_CHECK: u32 = 1 << 14;
@@ -92,7 +92,7 @@ pub(super) fn assemble(
 ) -> Result<Frame, Cancelled> {
     let settings = request.settings;
     let rows = Rows { grid, pixels, token };
-    let (exposure, encoder) = (metered.stops.exp2(), Encoder::new());
+    let (exposure, encoder) = (metered.stops.exp2(), Encoder::default());
     let mut frame = Frame {
         width_px: grid.width,
         height_px: grid.height,

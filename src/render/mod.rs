@@ -50,14 +50,9 @@ pub mod clusters;
 
 pub mod primary;
 
-pub mod color_map;
-
-mod srgb;
-
 mod single_ray;
 
 pub use adaptation::{Adaptation, Metered};
-pub use color_map::ColorMap;
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use request::RenderRequest;

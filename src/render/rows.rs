@@ -3,9 +3,9 @@
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
-use super::color_map::ColorMap;
 use super::settings::{Exposure, HeatKind, Light, NormalSource, RenderSettings, Shading};
 use crate::catalog::settings::{Choice, Limits, Number, Setting, Settings, Value, Written};
+use crate::colors::ColorMap;
 
 /// All settings, in the order in which window, help texts and copied command lines have them.
 static SETTINGS: [&Setting<RenderSettings>; 13] = [

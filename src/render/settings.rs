@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::color_map::ColorMap;
+use crate::colors::ColorMap;
 use crate::scene::SmoothNormals;
 use crate::section::SectionPlane;
 use bvhscope_engine::kernel::SimdLevel;

@@ -5,9 +5,10 @@ use glam::Vec3;
 use super::ambient_occlusion::{self, around, openness};
 use super::sampling::SampleId;
 use super::settings::HeatKind;
+use super::surface;
 use super::trace_context::TraceContext;
-use super::{srgb, surface};
 use crate::accel::tracer::Counting;
+use crate::colors::srgb;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::TestCounts;
 

@@ -1,9 +1,9 @@
 //! Frames whose colours encode values: range, colouring and histogram, without tracing again.
 
-use super::color_map::ColorMap;
 use super::frame::Frame;
 use super::settings::{Background, Shading};
-use super::srgb::Encoder;
+use crate::colors::ColorMap;
+use crate::colors::srgb::Encoder;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::parallel::par_tasks;
 
@@ -61,7 +61,7 @@ impl Frame {
             })
             .collect();
         let scale = TABLE_STEPS as f32 / (high - low).max(f32::MIN_POSITIVE);
-        let (encoder, width, height) = (Encoder::new(), self.width_px as usize, self.height_px as f32);
+        let (encoder, width, height) = (Encoder::default(), self.width_px as usize, self.height_px as f32);
         let (values, settings) = (&self.values, &self.settings);
         let rows = self.rgba.chunks_mut(width).zip(values.chunks(width)).enumerate();
         par_tasks(rows, token, |(y, (rgba, values)), _| {
@@ -194,7 +194,7 @@ mod tests {
         let mut frame = frame(Shading::Depth, vec![2.0, Frame::NO_HIT, 5.0]);
         frame.recolor(None, ColorMap::Inferno, &CancelToken::new()).unwrap();
         assert_eq!(frame.value_range, [2.0, 5.0]);
-        assert_eq!(frame.rgba[1], Encoder::new().rgba(Background::Dark.color(0.5)));
+        assert_eq!(frame.rgba[1], Encoder::default().rgba(Background::Dark.color(0.5)));
         assert_ne!(frame.rgba[0], frame.rgba[2]);
     }
 

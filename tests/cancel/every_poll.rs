@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bvhscope::accel::Accel;
+use bvhscope::accel::node_values::KnownVisits;
 use bvhscope::camera::Camera;
 use bvhscope::export::Protected;
 use bvhscope::headless::exr::write_distances;
@@ -13,7 +14,6 @@ use bvhscope::headless::picture::write_png;
 use bvhscope::lab::LabError;
 use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::lab::motion::{MotionPlan, MotionStudy};
-use bvhscope::lab::node_values::KnownVisits;
 use bvhscope::lab::population::{Population, ViewRays};
 use bvhscope::lab::visit_scatter::VisitScatter;
 use bvhscope::overlay::NodeTable;

@@ -5,11 +5,11 @@ use std::sync::{Arc, Weak};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use bvhscope::accel::node_values::NodeValues;
 use bvhscope::app::commands::{Action, CompareStep, command_line, shared_state};
 use bvhscope::app::state::{AppState, CompareView, Presented, Request};
 use bvhscope::app::views::motion::MotionView;
 use bvhscope::catalog::metrics::GROWTH;
-use bvhscope::lab::node_values::NodeValues;
 use bvhscope::overlay::ColorBy;
 use bvhscope::scene::{Moment, Scene, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
@@ -339,10 +339,11 @@ fn a_click_goes_to_the_frame_with_a_tree_by_the_policy() {
 #[test]
 fn containers_show_how_much_they_have_grown() {
     let mut harness = app_with(builtin("explosion", 300), SIZE, true);
-    state(&mut harness).wanted.overlay.color_by = ColorBy::Growth;
+    state(&mut harness).wanted.overlay.color_by = ColorBy::Metric(GROWTH);
     state(&mut harness).wanted.follow.policy = Policy::Refit;
     settle(&mut harness);
     assert!(harness.query_by_label_contains("Legend. Containers: depth").is_some(), "nothing has grown yet");
+    assert!(harness.query_by_label_contains("Known of trees that are kept or fitted").is_some());
     state(&mut harness).clock().unwrap().go_to(1.0);
     settle(&mut harness);
     let accel = presented(&harness).accel;

@@ -5,6 +5,7 @@ use bvhscope::app::views::icicle::IcicleView;
 use bvhscope::app::views::nodes::NodesView;
 use bvhscope::catalog::metrics;
 use bvhscope::lab::icicle::IcicleWidth;
+use bvhscope::overlay::ColorBy;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, pos2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -14,6 +15,24 @@ fn open(view: &str) -> Window {
     harness.state_mut().state.preferences.dock.show(view);
     settle(&mut harness);
     harness
+}
+
+#[test]
+fn containers_are_coloured_by_data_that_are_measured_for_that() {
+    let mut harness = app();
+    let accel = presented(&harness).accel;
+    for (metric, title) in
+        [(metrics::VISIT_RATIO, "visits over those predicted"), (metrics::GAIN, "gain from rebuilding")]
+    {
+        harness.state_mut().state.wanted.overlay.color_by = ColorBy::Metric(metric);
+        settle(&mut harness);
+        assert!(harness.query_by_label_contains(&format!("Legend. Containers: {title}")).is_some(), "{title}");
+        let derived = &harness.state().state.model.derived;
+        let known = [derived.known_visits(&accel).is_some(), accel.known_regrets().is_some()];
+        assert_eq!(known, [true, metric == metrics::GAIN], "nothing is measured that nobody sees");
+        let rays = harness.query_by_label("Measure this view").is_some();
+        assert_eq!(rays, metric == metrics::VISIT_RATIO);
+    }
 }
 
 fn ranked(harness: &Window) -> Vec<u32> {

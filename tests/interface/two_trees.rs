@@ -7,7 +7,7 @@ use bvhscope::app::commands::{Action, CompareStep};
 use bvhscope::app::state::comparison::{Comparison, Verdict};
 use bvhscope::app::state::{AppState, CompareView, Presented, TreeSide};
 use bvhscope::catalog::numbers::rows::SAH_COST;
-use bvhscope::overlay::ColorBy;
+use bvhscope::overlay::{ColorBy, ColorScale};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
@@ -92,9 +92,9 @@ fn colours_tell_which_containers_the_other_tree_has() {
     let graphics = &state.layout.graphics;
     for (shown, survival) in [&graphics.shown, &graphics.second_shown].into_iter().zip(&**survival) {
         let shown = shown.as_ref().unwrap();
-        let expected: Vec<bool> = shown.nodes.iter().map(|&node| !survival.survives(node)).collect();
-        assert_eq!(shown.is_new, expected);
-        assert!(expected.contains(&true) && expected.contains(&false), "the root at least is in both");
+        let expected: Vec<f32> = shown.nodes.iter().map(|&node| f32::from(!survival.survives(node))).collect();
+        assert_eq!((&shown.places, shown.colors), (&expected, ColorScale::Survival));
+        assert_eq!(shown.span, [0.0, 1.0], "the root at least is in both");
     }
     assert!(harness.query_by_label_contains("Legend. Containers: in both trees?").is_some());
     // With one tree, those that its passes made.
@@ -108,7 +108,7 @@ fn colours_tell_which_containers_the_other_tree_has() {
     self::state(&mut harness).wanted.overlay.depth = Some([0, 20]);
     settle(&mut harness);
     let shown = harness.state().state.layout.graphics.shown.clone().unwrap();
-    assert!(shown.is_new.contains(&true) && shown.is_new.contains(&false), "{:?}", shown.is_new);
+    assert_eq!((shown.span, shown.colors), ([0.0, 1.0], ColorScale::Survival));
     assert!(harness.query_by_label_contains("Legend. Containers: moved by the passes?: before them too").is_some());
 }
 

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::camera::{Camera, Projection};
-use bvhscope::render::{ColorMap, Frame, HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
+use bvhscope::colors::ColorMap;
+use bvhscope::render::{Frame, HeatKind, Light, RenderRequest, RenderSettings, Shading, render};
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::section::SectionPlane;
 use bvhscope_engine::cancel::CancelToken;

@@ -4,8 +4,14 @@ use std::sync::Arc;
 
 use crate::overlays::{accel, even_row, row, settings, table};
 use bvhscope::accel::Accel;
+use bvhscope::accel::node_values::{KnownVisits, NodeValues};
 use bvhscope::camera::{Camera, Projection};
-use bvhscope::overlay::{ColorBy, NodeTable, OverlaySettings, Role, Selection, Shown, Viewpoint, highlighted, legend};
+use bvhscope::catalog::metrics::{AREA, METRICS, PRIMITIVES, Source};
+use bvhscope::lab::population::{Population, ViewRays};
+use bvhscope::overlay::{
+    ColorBy, ColorScale, NodeTable, OverlaySettings, Role, Selection, Shown, Viewpoint, highlighted, legend,
+};
+use bvhscope::render::RenderSettings;
 use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::section::SectionPlane;
 use bvhscope_engine::cancel::CancelToken;
@@ -137,8 +143,8 @@ fn an_empty_tree_shows_nothing() {
     assert_eq!(table.max_depth(), 0);
     assert_eq!(table.shown(&settings(0, 9), &Selection::default(), None).wanted, 0);
     for color_by in ColorBy::ALL {
-        let settings = OverlaySettings { color_by, ..settings(0, 9) };
-        assert!(!legend(&settings, &table, &Shown::NOTHING).stops.is_empty());
+        let shown = table.shown(&OverlaySettings { color_by, ..settings(0, 9) }, &Selection::default(), None);
+        assert_eq!((shown.wanted, legend(&shown).drawn), (0, [0.0, 1.0]));
     }
 }
 
@@ -166,8 +172,9 @@ fn the_other_container_holds_the_same_triangles() {
 #[test]
 fn an_instance_describes_its_node() {
     let table = table::<Aabb>(row(8));
-    let by_primitives = OverlaySettings { color_by: ColorBy::Primitives, ..settings(0, 9) }
+    let by_primitives = OverlaySettings { color_by: ColorBy::Metric(PRIMITIVES), ..settings(0, 9) }
         .with_kinds(ContainerKind::OF_PAPER.into_iter().collect());
+    table.prepare(&by_primitives, &CancelToken::new()).unwrap();
     let shown = table.shown(&by_primitives, &Selection::default(), None);
     let instances = table.instances(&shown, &by_primitives);
     let root = instances.iter().find(|instance| instance.node == 0).unwrap();
@@ -204,15 +211,16 @@ fn the_family_and_the_hovered_node_are_highlighted() {
 #[test]
 fn legends_ascend_within_the_ramp() {
     let table = table::<Aabb>(row(200));
+    table.study(&CancelToken::new()).unwrap();
     for color_by in ColorBy::ALL {
         for depth in [None, Some([0, 0]), Some([4, 6]), Some([0, 99])] {
             let settings = OverlaySettings { color_by, depth, ..OverlaySettings::default() };
             let shown = table.shown(&settings, &Selection::default(), None);
-            let legend = legend(&settings, &table, &shown);
+            let legend = legend(&shown);
             assert!((1..=8).contains(&legend.stops.len()) && !legend.title.is_empty());
             assert!(legend.stops.is_sorted_by(|a, b| a.0 < b.0), "{:?}", legend.stops);
             assert!(legend.stops.iter().all(|(place, _)| (0.0..=1.0).contains(place)));
-            assert!(legend.color(1.0)[0] > legend.color(0.0)[0]);
+            assert!(legend.drawn[0] <= legend.drawn[1] && legend.drawn[0] >= 0.0 && legend.drawn[1] <= 1.0);
         }
     }
 }
@@ -220,20 +228,53 @@ fn legends_ascend_within_the_ramp() {
 #[test]
 fn a_depth_keeps_its_color_and_sizes_are_fitted() {
     let table = table::<Aabb>(row(200));
-    let legend_of = |color_by, depth| {
+    table.study(&CancelToken::new()).unwrap();
+    let shown = |color_by, depth| {
         let settings = OverlaySettings { color_by, depth: Some(depth), ..OverlaySettings::default() };
-        legend(&settings, &table, &table.shown(&settings, &Selection::default(), None))
+        table.shown(&settings, &Selection::default(), None)
     };
-    let [upper, lower] = [[0, 3], [5, 7]].map(|depth| legend_of(ColorBy::Depth, depth));
+    let [upper, lower] = [[0, 3], [5, 7]].map(|depth| legend(&shown(ColorBy::DEPTH, depth)));
     assert_eq!(upper.stops, lower.stops, "the scale is the whole tree's");
-    let ([_, upper_end], [lower_start, lower_end]) = (upper.drawn.unwrap(), lower.drawn.unwrap());
+    let ([_, upper_end], [lower_start, lower_end]) = (upper.drawn, lower.drawn);
     assert!(upper_end < lower_start && lower_start < lower_end);
-    for color_by in [ColorBy::Size, ColorBy::Primitives] {
-        let scale = |depth| {
-            let settings = OverlaySettings { color_by, depth: Some(depth), ..OverlaySettings::default() };
-            table.shown(&settings, &Selection::default(), None).scale
+    for metric in [AREA, PRIMITIVES] {
+        let ends = |depth| match shown(ColorBy::Metric(metric), depth).colors {
+            ColorScale::Metric(scale) => scale.ends,
+            other => panic!("{other:?}"),
         };
-        assert!(scale([0, 1])[0] > scale([5, 7])[1], "{color_by:?} is fitted to what is shown");
+        assert!(ends([0, 1])[0] > ends([5, 7])[1], "{} is fitted to what is shown", metric.key);
+    }
+}
+
+#[test]
+fn every_metric_colours_containers_once_its_data_are_known() {
+    let token = CancelToken::new();
+    let source = SceneSource::parse("builtin:terrain:700".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &LoadOptions::default(), &token).unwrap());
+    // Growth is that of a tree that follows a model.
+    for metric in METRICS.into_iter().filter(|metric| metric.source != Source::BuiltAreas) {
+        let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &token).unwrap());
+        let table = NodeTable::new(&accel);
+        let color_by = ColorBy::Metric(metric);
+        let settings = OverlaySettings { color_by, ..settings(0, 99) };
+        let known_at_once = table.drawable(&settings).color_by == color_by;
+        assert_eq!(known_at_once, metric.source == Source::Tree, "{}", metric.key);
+        let camera = Camera::framing(&scene.bounds, scene.up);
+        let rays = ViewRays::new(Population::Primary, camera, [64, 64], &RenderSettings::default());
+        let visits = rays.measure(&accel, &token).unwrap().visits;
+        table.set_visits(Some(KnownVisits(Arc::clone(&visits))));
+        table.prepare(&settings, &token).unwrap();
+        assert_eq!(table.drawable(&settings).color_by, color_by, "{}", metric.key);
+        assert_eq!(accel.known_ancestry().is_some(), metric.source == Source::Counts, "{}", metric.key);
+        let shown = table.shown(&settings, &Selection::default(), None);
+        assert!(shown.span[1] > shown.span[0] + 0.3, "{}: {:?}", metric.key, shown.span);
+        accel.compute_ancestry(&token).unwrap();
+        let values = NodeValues { accel: &accel, visits: Some(&visits) };
+        let ColorScale::Metric(scale) = shown.colors else { panic!("{:?}", shown.colors) };
+        for instance in table.instances(&shown, &settings) {
+            let value = values.get(metric, instance.node).unwrap_or(metric.form.neutral());
+            assert_eq!(instance.place, scale.position(value), "{} of node {}", metric.key, instance.node);
+        }
     }
 }
 

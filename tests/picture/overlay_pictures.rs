@@ -6,7 +6,7 @@ use crate::overlays::{cube_triangle, even_row, row, settings, table};
 use bvhscope::camera::{Camera, Projection};
 use bvhscope::overlay::{
     ContainerSet, DrawInput, NodeTable, OffscreenError, OverlaySettings, PictureInput, Selection, Shown, Viewpoint,
-    draw_offscreen, legend,
+    draw_offscreen, legend, ramp,
 };
 use bvhscope::section::SectionPlane;
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, OrientedKind, Sphere, Triangle};
@@ -18,8 +18,7 @@ const FAR: f32 = 1e30;
 /// The colour that the legend gives to the first depth.
 fn brightest_channel(settings: &OverlaySettings, table: &NodeTable) -> u8 {
     let shown = table.shown(settings, &Selection::default(), None);
-    let legend = legend(settings, table, &shown);
-    legend.color(legend.stops[0].0).into_iter().max().unwrap()
+    ramp(legend(&shown).stops[0].0).into_iter().max().unwrap()
 }
 
 /// A picture with the same colour and depth in every pixel.

@@ -57,6 +57,7 @@ const VIEWER: Plan = Plan {
     rooms: &[
         ("text", &[]),
         ("catalog", &[]),
+        ("colors", &["*"]),
         ("vectors", &["*"]),
         ("console", &["catalog"]),
         ("threads", &["*"]),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::app::state::AppState;
 use crate::app::studies::latest::WorkerPool;
 use crate::app::views;
+use crate::catalog::metrics::Source;
 use crate::overlay::{ColorBy, NodeTable, OverlaySettings};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -45,9 +46,9 @@ impl DerivedWorker {
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
         let (table, mut wanted) = (&presented.table, state.wanted.overlay);
-        if matches!(wanted.color_by, ColorBy::Regret | ColorBy::Growth) {
-            // A study of its own finds regrets, which takes longer; growth is known or is not.
-            wanted.color_by = ColorBy::Depth;
+        if !matches!(wanted.color_by.source(), Source::Tree | Source::Counts) {
+            // Studies of their own find regrets and visits, which takes longer; growth is known or is not.
+            wanted.color_by = ColorBy::DEPTH;
         }
         let overlay = (state.preferences.show_containers && table.lacks(&wanted)).then_some(wanted);
         let listed = idle && views::needs(state).counts;

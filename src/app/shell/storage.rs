@@ -257,6 +257,7 @@ fn set_damaged_aside(file: &Path) -> String {
 mod tests {
     use super::*;
     use crate::app::state::{Navigation, Theme};
+    use crate::catalog::metrics::AREA;
     use crate::overlay::{ColorBy, ContainerSet, OverlaySettings};
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve};
     use bvhscope_engine::tree::ContainerKind;
@@ -290,7 +291,7 @@ mod tests {
         started.wanted.build = BuildSettings { builder: BuilderKind::BinnedSah, ..BuildSettings::default() };
         started.preferences.show_geometry = true;
         let mut now = started.clone();
-        now.wanted.overlay.color_by = ColorBy::Size;
+        now.wanted.overlay.color_by = ColorBy::Metric(AREA);
         now.wanted.overlay.line_width = 3.0;
         now.wanted.build.curve = Curve::Hilbert;
         now.wanted.camera.eye.x = 7.0;
@@ -301,7 +302,7 @@ mod tests {
         );
         let restored = restore(Some(&file));
         let mut expected = kept.clone();
-        expected.wanted.overlay.color_by = ColorBy::Size;
+        expected.wanted.overlay.color_by = ColorBy::Metric(AREA);
         expected.wanted.overlay.line_width = 3.0;
         expected.wanted.build.curve = Curve::Hilbert;
         expected.wanted.camera.eye.x = 7.0;
@@ -399,7 +400,8 @@ mod tests {
         assert_eq!((wanted.build.threshold, wanted.build.container.name(), wanted.threads), (12, "sphere", 2));
         assert_eq!((wanted.camera.eye.x, wanted.camera.fov_y), (1.0, 0.7));
         assert_eq!((wanted.render.shading.name(), wanted.render.heat_range), ("heat", Some([0.0, 80.0])));
-        let OverlaySettings { containers, depth, leaves_only, .. } = wanted.overlay;
+        let OverlaySettings { containers, depth, leaves_only, color_by, .. } = wanted.overlay;
+        assert_eq!(color_by, ColorBy::Metric(AREA));
         let spheres = ContainerSet::of(ContainerKind::Sphere);
         assert_eq!((containers, depth, leaves_only), (spheres, Some([3, 8]), true));
         assert_eq!((preferences.theme, preferences.navigation), (Theme::Light, Navigation::Fly));

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Weak};
 
+use crate::accel::node_values::KnownVisits;
 use crate::accel::{Accel, is_same};
 use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
-use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{MeasuredVisits, Population, ViewRays};
 use crate::scene::Scene;
 use bvhscope_engine::tree::survival::Survival;
@@ -55,6 +55,12 @@ impl Derived {
     pub fn is_measuring_stopped(&self, accel: &Arc<Accel>) -> bool {
         self.regrets.is_cancelled(accel, &())
             || self.rays(&accel.scene).is_some_and(|rays| self.visits.is_cancelled(accel, &rays))
+    }
+
+    /// Begins again with what measures visits or rebuilds subtrees, where the user has stopped it.
+    pub fn resume_measuring(&mut self) {
+        self.visits.resume();
+        self.regrets.resume();
     }
 
     /// The visits of `accel` where they are `needed`; an error while they are not known.

@@ -52,6 +52,7 @@ use glam::{DVec3, Vec3};
 
 use self::paper::RowFormat;
 use crate::accel::Accel;
+use crate::catalog::metrics::Source;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
 use crate::overlay::{ColorBy, ContainerSet};
@@ -438,6 +439,11 @@ impl AppState {
     /// Whether containers are drawn in colours of this meaning.
     pub fn colors_by(&self, color_by: ColorBy) -> bool {
         self.preferences.show_containers && self.wanted.overlay.color_by == color_by
+    }
+
+    /// Whether the colours of containers need data of this kind.
+    pub fn colors_from(&self, source: Source) -> bool {
+        self.preferences.show_containers && self.wanted.overlay.color_by.source() == source
     }
 
     /// The kinds of containers that are drawn; none while containers are off.

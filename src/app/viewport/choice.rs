@@ -5,8 +5,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::accel::are_same;
+use crate::accel::node_values::KnownVisits;
 use crate::app::state::{AppState, Presented, Standing, TreeSide};
-use crate::overlay::{ColorBy, NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
+use crate::catalog::metrics::Source;
+use crate::overlay::{ColorBy, ColorScale, NodeTable, OverlaySettings, Selection, Shown, Viewpoint};
 use bvhscope_engine::tree::survival::Survival;
 
 /// Time without a camera move after which the containers are chosen for the new view.
@@ -22,6 +24,8 @@ struct Chosen {
     table: u64,
     standing: Option<Arc<Standing>>,
     settings: OverlaySettings,
+    /// The visits that colours stand for.
+    visits: Option<KnownVisits>,
     selection: Selection,
     viewpoint: Viewpoint,
     shown: Arc<Shown>,
@@ -44,6 +48,7 @@ impl Choice {
         let settings = drawable(state, table);
         // Settings that change only the look of lines need no other choice.
         let compared = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..settings };
+        let visits = table.visits().filter(|_| settings.color_by.source() == Source::Visits);
         let Selection { hidden, isolated, only, .. } = selection;
         let frame = &presented.frame;
         let (camera, section) = (frame.camera, frame.settings.section);
@@ -52,7 +57,7 @@ impl Choice {
         if let Some(last) = self.last.as_mut().filter(|last| {
             last.table == table.id
                 && are_same(last.standing.as_ref(), standing)
-                && last.settings == compared
+                && (&last.settings, &last.visits) == (&compared, &visits)
                 && (&last.selection.hidden, &last.selection.isolated, &last.selection.only) == (hidden, isolated, only)
         }) {
             if last.seen.0 != viewpoint {
@@ -81,6 +86,7 @@ impl Choice {
             table: table.id,
             standing: standing.cloned(),
             settings: compared,
+            visits,
             selection,
             viewpoint,
             shown: Arc::clone(&shown),
@@ -92,6 +98,7 @@ impl Choice {
 
 /// The overlay settings as they are drawn now: restricted to what is known of the tree, with the budget of this adapter.
 pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
+    table.set_visits(state.model.derived.known_visits(table.accel()));
     let mut settings = table.drawable(&state.wanted.overlay);
     // The clusters of a tree before its passes are not those of the second tree.
     let standing = state.layout.graphics.standing.as_ref().and_then(|standing| standing.table());
@@ -99,7 +106,7 @@ pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
     if settings.color_by == ColorBy::Survival
         && (state.compared().is_none() || is_before && state.wanted.second.is_some())
     {
-        settings.color_by = ColorBy::Depth;
+        settings.color_by = ColorBy::DEPTH;
     }
     OverlaySettings { budget: Some(budget(state)), ..settings }
 }
@@ -142,7 +149,7 @@ impl CommonNodes {
     /// wanted and known. `all` keeps all of them.
     pub(super) fn update(&mut self, state: &AppState, side: TreeSide, shown: Arc<Shown>, all: bool) -> Arc<Shown> {
         let only_common = !all && state.wanted.second.is_some_and(|second| second.only_common);
-        let how = [only_common, state.wanted.overlay.color_by == ColorBy::Survival];
+        let how = [only_common, shown.colors == ColorScale::Survival];
         let Some(survival) = state.compared().filter(|_| how.contains(&true)) else {
             self.last = None;
             return shown;
@@ -157,7 +164,8 @@ impl CommonNodes {
         let of_side = &survival[side as usize];
         let mut chosen = if only_common { common(&shown, of_side) } else { (*shown).clone() };
         if how[1] {
-            chosen.is_new = chosen.nodes.iter().map(|&node| !of_side.survives(node)).collect();
+            let places = chosen.nodes.iter().map(|&node| if of_side.survives(node) { 0.0 } else { 1.0 }).collect();
+            chosen = chosen.with_colors(places, ColorScale::Survival);
         }
         let common = Arc::new(chosen);
         self.last = Some(CommonChoice { from: shown, by: Arc::clone(survival), how, common: Arc::clone(&common) });
@@ -173,9 +181,9 @@ fn common(shown: &Shown, survival: &Survival) -> Shown {
     Shown {
         nodes: places.iter().map(|&place| shown.nodes[place]).collect(),
         depths: places.iter().map(|&place| shown.depths[place]).collect(),
+        places: places.iter().map(|&place| shown.places[place]).collect(),
         wanted: places.len(),
         outlined: outlined.len(),
-        is_new: Vec::new(),
         ..*shown
     }
 }

@@ -1,7 +1,7 @@
 //! The views of the dock, a folder each: its state, what it shows and what it derives. [`VIEWS`] is the only list of them.
 
 mod axes;
-mod parts;
+pub(crate) mod parts;
 
 pub mod icicle;
 mod merges;
@@ -11,12 +11,15 @@ mod paper;
 pub mod plots;
 mod ray;
 
+use std::sync::Arc;
+
 use egui::{Key, Ui};
 
+use crate::accel::Accel;
 use crate::app::state::{AppState, ViewState, ViewStates};
 use crate::app::studies::{Studies, StudyPlan};
+use crate::catalog::metrics::Source;
 use crate::lab::population::ViewRays;
-use crate::overlay::ColorBy;
 
 /// The views, in the order of their tabs.
 pub(crate) static VIEWS: [Tab; 7] = [
@@ -136,15 +139,21 @@ pub(crate) fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
     VIEWS.iter().try_for_each(|view| (view.add_studies)(studies))
 }
 
-/// Adds the study of measured visits, by the rays of the view, which several views need.
+/// The tree of which the open view, or else the colours of containers, show derived data.
+fn tree_with(state: &AppState, is_needed: fn(Needs) -> bool, source: Source) -> Option<Arc<Accel>> {
+    let view = open_view(state).filter(|view| is_needed((view.needs)(state)));
+    let of_view = view.and_then(|view| state.tree_of_view(view.name));
+    of_view.or_else(|| state.presented_tree().filter(|_| state.colors_from(source)))
+}
+
+/// Adds the study of measured visits, by the rays of the view, which several views and the colours of containers need.
 fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
     let plan = StudyPlan::new(
         "visits",
         "Measuring visits",
         |state| &mut state.model.derived.visits,
         |state, idle| {
-            let view = open_view(state).filter(|view| (view.needs)(state).visits)?;
-            let accel = state.tree_of_view(view.name)?;
+            let accel = tree_with(state, |needs| needs.visits, Source::Visits)?;
             // Not before the picture has come to rest.
             if state.model.derived.rays(&accel.scene).is_none() && idle {
                 let present = state.view_rays();
@@ -163,11 +172,7 @@ fn add_regrets(studies: &mut Studies) -> std::io::Result<()> {
         "regrets",
         "Rebuilding subtrees",
         |state| &mut state.model.derived.regrets,
-        |state, _| {
-            let by_view = open_view(state).filter(|view| (view.needs)(state).regrets);
-            let of_view = by_view.and_then(|view| state.tree_of_view(view.name));
-            Some((of_view.or_else(|| state.presented_tree().filter(|_| state.colors_by(ColorBy::Regret)))?, ()))
-        },
+        |state, _| Some((tree_with(state, |needs| needs.regrets, Source::Regrets)?, ())),
     );
     studies.add(plan, |accel, (), token| accel.compute_regrets(token).map(|_| ()))
 }

@@ -12,6 +12,7 @@ use crate::app::state::action::Action;
 use crate::app::state::{AppState, Derived, Presented, Request, Study};
 use crate::app::theme;
 use crate::app::widgets::{DropDown, Tip as _, empty_view};
+use crate::catalog::metrics::{Metric, Source};
 use crate::lab::population::Population;
 
 /// Height of a row in points.
@@ -122,7 +123,7 @@ fn measure_here(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 }
 
 /// The list of the kinds of rays that visits are measured by, and the button that measures those of the present view.
-pub(super) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+pub(crate) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let choices = Population::ALL.map(|population| (population, population.label(), population.meaning()));
     let tip = "The rays by which visits are measured";
     DropDown::new("Rays", &choices).beside(ui, "Rays", tip, &mut state.model.derived.population);
@@ -134,6 +135,23 @@ pub(super) fn no_rays(state: &AppState, shown: &Presented) -> Option<&'static st
     let rays = state.model.derived.rays(&shown.accel.scene)?;
     let measured = state.model.derived.visits.get(&shown.accel, &rays)?;
     (measured.sums.rays == 0).then(|| rays.population().absence(rays.light()))
+}
+
+/// Why the nodes of a tree have no values of a metric yet, or never will.
+pub(crate) fn missing(state: &AppState, shown: &Presented, metric: &Metric) -> Option<&'static str> {
+    let accel = &shown.accel;
+    match metric.source {
+        Source::Tree | Source::Counts => None,
+        Source::Visits if state.model.derived.known_visits(accel).is_none() => Some("Measuring visits"),
+        Source::Visits => no_rays(state, shown),
+        Source::Regrets if !accel.report.stats.is_binary() => Some("Subtrees are rebuilt of binary trees only"),
+        Source::Regrets => {
+            accel.known_regrets().is_none().then_some("Rebuilding subtrees, to see what each could save")
+        }
+        Source::BuiltAreas => {
+            accel.built_areas().is_none().then_some("Known of trees that are kept or fitted while the model moves")
+        }
+    }
 }
 
 /// In place of what `study` of the tree `accel` derives from `inputs`: `text` until it is there, or the button that begins it again
@@ -151,8 +169,7 @@ pub(super) fn wait_for<K: PartialEq, V>(
     };
     if waiting(ui, is_cancelled, text) {
         study.resume();
-        derived.visits.resume();
-        derived.regrets.resume();
+        derived.resume_measuring();
     }
 }
 

@@ -154,12 +154,14 @@ pub struct Choice {
     pub tip: String,
     /// Flags can name it.
     pub is_flag: bool,
+    /// Names in earlier versions, which are still read.
+    pub former_names: &'static [&'static str],
 }
 
 impl Choice {
     /// A value that flags can name.
     pub fn new(name: &'static str, label: &'static str, tip: impl Into<String>) -> Self {
-        Self { name, label, tip: tip.into(), is_flag: true }
+        Self { name, label, tip: tip.into(), is_flag: true, former_names: &[] }
     }
 }
 
@@ -411,7 +413,8 @@ impl<T: Settings> Setting<T> {
 
 /// Index of the choice with this name.
 fn index_of(choices: &[Choice], name: &str) -> Result<usize, String> {
-    choices.iter().position(|choice| choice.is_flag && choice.name == name).ok_or_else(|| {
+    let is_named = |choice: &Choice| choice.is_flag && (choice.name == name || choice.former_names.contains(&name));
+    choices.iter().position(is_named).ok_or_else(|| {
         let names: Vec<&str> = choices.iter().filter(|choice| choice.is_flag).map(|choice| choice.name).collect();
         format!("one of {} is expected", names.join(", "))
     })

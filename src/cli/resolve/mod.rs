@@ -225,8 +225,10 @@ mod tests {
     use crate::app::commands::command_line;
     use crate::app::state::{AppState, Preferences, Wanted};
     use crate::camera::Projection;
+    use crate::catalog::metrics::AREA;
+    use crate::colors::ColorMap;
     use crate::overlay::{ColorBy, ContainerSet};
-    use crate::render::{Background, ColorMap, Exposure, HeatKind, Light, NormalSource, Shading};
+    use crate::render::{Background, Exposure, HeatKind, Light, NormalSource, Shading};
     use crate::scene::LoadOptions;
     use crate::section::SectionPlane;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
@@ -264,7 +266,7 @@ mod tests {
         wanted.overlay.follows_tree = false;
         wanted.overlay.containers = ContainerKind::OF_PAPER.into_iter().collect();
         wanted.overlay.depth = Some([2, 7]);
-        wanted.overlay.color_by = ColorBy::Size;
+        wanted.overlay.color_by = ColorBy::Metric(AREA);
         wanted.overlay.hidden_alpha = 0.4;
         wanted.overlay.line_width = 2.5;
         wanted.overlay.budget = Some(123);

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::colors::diverging;
-use crate::render::{ColorMap, Frame, RenderSettings, Shading, nth_smallest};
+use crate::colors::ColorMap;
+use crate::render::{Frame, RenderSettings, Shading, nth_smallest};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::parallel::par_collect;
 

@@ -6,13 +6,16 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::table::{NodeTable, area};
+use crate::catalog::metric_scale::MetricScale;
+use crate::catalog::metrics;
 use crate::overlay::container_set::ContainerSet;
 use crate::overlay::node::OverlayNode;
+use crate::overlay::ramp::ColorScale;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::overlay::viewpoint::{Measure, Viewpoint};
 use crate::section::SectionPlane;
-use bvhscope_engine::geometry::{Aabb, OrientedBox};
+use bvhscope_engine::geometry::{Aabb, OrientedBox, OrientedKind};
 use bvhscope_engine::tree::{Container, ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 
@@ -42,11 +45,12 @@ pub struct Shown {
     pub depends_on_view: bool,
     /// Smallest and largest of `depths`: levels between them are told apart by width and lightness.
     pub levels: [u32; 2],
-    /// Smallest and largest value of the colour scale, by what colours mean: the square root of the depth, log2 of
-    /// the relative area, overlap as a fraction, log2 of the primitive count, of the regret, of the growth. The second is always larger.
-    pub scale: [f32; 2],
-    /// For each node: no other tree has it. Empty where none is compared.
-    pub is_new: Vec<bool>,
+    /// Place of each node on the colour scale, 0 to 1.
+    pub places: Vec<f32>,
+    /// Smallest and largest of `places`.
+    pub span: [f32; 2],
+    /// The meaning of `places`.
+    pub colors: ColorScale,
 }
 
 impl Shown {
@@ -58,27 +62,51 @@ impl Shown {
         outlined: 0,
         depends_on_view: false,
         levels: [0; 2],
-        scale: [0.0, 1.0],
-        is_new: Vec::new(),
+        places: Vec::new(),
+        span: [0.0, 1.0],
+        colors: ColorScale::Metric(MetricScale { metric: metrics::DEPTH, ends: [0.0, 1.0] }),
     };
 
-    /// Place of a value on the colour scale, 0 to 1.
-    pub fn place(&self, value: f32) -> f32 {
-        let [low, high] = self.scale;
-        ((value - low) / (high - low)).clamp(0.0, 1.0)
+    /// These nodes with the colours of `places`.
+    #[must_use]
+    pub fn with_colors(self, places: Vec<f32>, colors: ColorScale) -> Self {
+        let ends = places.iter().fold([1.0_f32, 0.0], |[low, high], &place| [low.min(place), high.max(place)]);
+        Self { span: if places.is_empty() { [0.0, 1.0] } else { ends }, places, colors, ..self }
     }
 }
 
 impl NodeTable {
     /// The instance data of the shown nodes, computed in parallel.
     pub fn instances(&self, shown: &Shown, settings: &OverlaySettings) -> Vec<OverlayNode> {
-        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths).enumerate();
-        let instance = |(at, (&node, &depth)): (usize, (&u32, &u32))| {
-            let is_new = shown.is_new.get(at).filter(|_| settings.color_by == ColorBy::Survival);
-            let value = is_new.map_or_else(|| self.value(settings.color_by, node, depth), |&is_new| f32::from(is_new));
-            OverlayNode { place: shown.place(value), ..self.instance(node, depth, settings) }
-        };
+        let nodes = shown.nodes.par_iter().with_min_len(1_024).zip(&shown.depths).zip(&shown.places);
+        let instance = |((&node, &depth), &place)| OverlayNode { place, ..self.instance(node, depth, settings) };
         nodes.map(instance).collect()
+    }
+
+    /// Place of each of `nodes` on the scale that fits them, and the scale.
+    fn colors(&self, color_by: ColorBy, nodes: &[u32], depths: &[u32]) -> (Vec<f32>, ColorScale) {
+        let at_depths = || nodes.par_iter().with_min_len(1_024).zip(depths);
+        match color_by {
+            ColorBy::Metric(metric) => {
+                let visits = self.visits();
+                let values = self.values(visits.as_ref());
+                let value = |(&node, &depth)| values.at_depth(metric, node, depth).unwrap_or(metric.form.neutral());
+                let values: Vec<f32> = at_depths().map(value).collect();
+                let scale = MetricScale::fitting(metric, &self.accel.report.stats, values.iter().copied());
+                let places = values.into_par_iter().with_min_len(1_024).map(|value| scale.position(value));
+                (places.collect(), ColorScale::Metric(scale))
+            }
+            ColorBy::Planes => {
+                let place = |(&node, _)| match self.node_kind(node) {
+                    None | Some(OrientedKind::Plain) => 0.0,
+                    Some(OrientedKind::Fitted) => 0.5,
+                    Some(OrientedKind::Skewed) => 1.0,
+                };
+                (at_depths().map(place).collect(), ColorScale::Planes)
+            }
+            // Until the other tree is known, which the table does not know.
+            ColorBy::Survival => (vec![0.0; nodes.len()], ColorScale::Survival),
+        }
     }
 
     /// The budget is so small a part of the nodes in the depth range that a best-first walk from the first depth finds
@@ -184,7 +212,7 @@ impl NodeTable {
         self.finish(settings, nodes, depths, all, viewpoint.map(Viewpoint::measure).as_ref())
     }
 
-    /// Moves the nodes that are drawn as dots to the end, and fits the colour scale.
+    /// Moves the nodes that are drawn as dots to the end, and colours all.
     fn finish(
         &self,
         settings: &OverlaySettings,
@@ -193,13 +221,17 @@ impl NodeTable {
         wanted: usize,
         measure: Option<&Measure>,
     ) -> Shown {
-        let scale = self.scale(settings, &nodes);
-        let outlined = nodes.len();
-        let [first, last] = [depths.iter().min(), depths.iter().max()].map(|depth| depth.copied().unwrap_or(0));
-        let levels = [first, last];
-        let is_new = Vec::new();
-        let mut shown = Shown { nodes, depths, wanted, outlined, depends_on_view: false, levels, scale, is_new };
-        let Some(measure) = measure.filter(|_| wanted > FEW_LINES) else { return shown };
+        let levels = [depths.iter().min(), depths.iter().max()].map(|depth| depth.copied().unwrap_or(0));
+        let mut shown = Shown { outlined: nodes.len(), nodes, depths, wanted, levels, ..Shown::NOTHING };
+        if let Some(measure) = measure.filter(|_| wanted > FEW_LINES) {
+            self.part_dots(&mut shown, measure);
+        }
+        let (places, colors) = self.colors(settings.color_by, &shown.nodes, &shown.depths);
+        shown.with_colors(places, colors)
+    }
+
+    /// Moves the nodes that are drawn as dots to the end.
+    fn part_dots(&self, shown: &mut Shown, measure: &Measure) {
         let sizes: Vec<f32> = with_tree!(&self.accel.tree, tree => {
             let size = |&node: &u32| measure.extent(&tree.nodes[node as usize].container.bounds()).diameter_px;
             shown.nodes.par_iter().with_min_len(1_024).map(size).collect()
@@ -221,23 +253,6 @@ impl NodeTable {
         (shown.nodes, shown.depths) = (partitioned(&shown.nodes), partitioned(&shown.depths));
         shown.outlined = is_large.iter().filter(|&&large| large).count();
         shown.depends_on_view = true;
-        shown
-    }
-
-    /// Both ends of the colour scale: the whole tree for depths, the shown nodes for sizes and primitive counts.
-    fn scale(&self, settings: &OverlaySettings, nodes: &[u32]) -> [f32; 2] {
-        let fitted = |color_by| {
-            let values = nodes.par_iter().with_min_len(1_024).map(|&node| self.value(color_by, node, 0));
-            let [low, high] = values
-                .map(|value| [value; 2])
-                .reduce(|| [f32::INFINITY, f32::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-            if low > high { [0.0, 1.0] } else { [low.min(high - 0.5), high] }
-        };
-        match settings.color_by {
-            ColorBy::Depth => [0.0, (self.max_depth().max(1) as f32).sqrt()],
-            ColorBy::Size | ColorBy::Primitives | ColorBy::Regret | ColorBy::Growth => fitted(settings.color_by),
-            ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => [0.0, 1.0],
-        }
     }
 
     /// The `budget` largest of the `places`: largest first, ties in list order.

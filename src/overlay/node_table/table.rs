@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::accel::Accel;
+use crate::accel::node_values::{KnownVisits, NodeValues};
+use crate::catalog::metrics::Source;
 use crate::overlay::node::OverlayNode;
 use crate::overlay::selection::Selection;
 use crate::overlay::settings::{ColorBy, OverlaySettings};
@@ -31,6 +33,8 @@ pub struct NodeTable {
     pub(super) boxes: OnceLock<Vec<Aabb>>,
     pub(super) spheres: OnceLock<Vec<Sphere>>,
     pub(super) dops: OnceLock<Vec<Dop14>>,
+    /// Measured visits of the nodes, see [`NodeTable::set_visits`].
+    visits: Mutex<Option<KnownVisits>>,
     /// The last result of [`NodeTable::visibility`], with the selection's hidden and isolated nodes.
     visibility: Mutex<Option<LastVisibility>>,
 }
@@ -46,6 +50,7 @@ impl NodeTable {
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
             dops: OnceLock::new(),
+            visits: Mutex::new(None),
             visibility: Mutex::new(None),
         }
     }
@@ -70,6 +75,26 @@ impl NodeTable {
     /// At least the first `count` nodes in order of depth; within a depth in the order of the tree.
     pub fn by_depth(&self, count: u32) -> &[u32] {
         with_tree!(&self.accel.tree, tree => self.levels.first(tree, count))
+    }
+
+    /// The tree.
+    pub fn accel(&self) -> &Arc<Accel> {
+        &self.accel
+    }
+
+    /// Takes the visits of the nodes that were measured last, which colours may stand for; `None` where they are not known.
+    pub fn set_visits(&self, visits: Option<KnownVisits>) {
+        *self.visits.lock().unwrap_or_else(PoisonError::into_inner) = visits;
+    }
+
+    /// The visits of the nodes, where they are known.
+    pub fn visits(&self) -> Option<KnownVisits> {
+        self.visits.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The numbers of the nodes.
+    pub(super) fn values<'a>(&'a self, visits: Option<&'a KnownVisits>) -> NodeValues<'a> {
+        NodeValues { accel: &self.accel, visits: visits.map(|visits| &*visits.0) }
     }
 
     /// Number of nodes.
@@ -237,14 +262,14 @@ impl NodeTable {
         if self.is_leaf(node) { Some(own) } else { counts() }
     }
 
-    /// Computes whatever [`NodeTable::drawable`] would leave out of `settings`, in the calling thread's rayon pool.
+    /// Computes whatever [`NodeTable::drawable`] would leave out of `settings` but visits and areas of another moment, in the calling
+    /// thread's rayon pool.
     pub fn prepare(&self, settings: &OverlaySettings, token: &CancelToken) -> Result<(), Cancelled> {
         self.complete(settings.kinds(self.container_kind()), token)?;
-        if settings.color_by == ColorBy::Primitives {
-            self.accel.compute_ancestry(token)?;
-        }
-        if settings.color_by == ColorBy::Regret {
-            self.accel.compute_regrets(token)?;
+        match settings.color_by.source() {
+            Source::Counts => drop(self.accel.compute_ancestry(token)?),
+            Source::Regrets => drop(self.accel.compute_regrets(token)?),
+            Source::Tree | Source::Visits | Source::BuiltAreas => {}
         }
         self.list(Some(settings), token)
     }
@@ -262,19 +287,14 @@ impl NodeTable {
     }
 
     /// `settings`, with kinds and depths spelt out, unless the largest leaves are taken, restricted to what can be drawn without
-    /// another pass over the tree. Until [`NodeTable::prepare`] has run, containers of the other kind, primitive counts and unlisted
-    /// levels are left out.
+    /// another pass over the tree. Until [`NodeTable::prepare`] has run, containers of the other kind, colours by data that are not known
+    /// and unlisted levels are left out.
     pub fn drawable(&self, settings: &OverlaySettings) -> OverlaySettings {
         let own = self.container_kind();
         let listed = self.levels.ranges.partition_point(|range| range.end <= self.levels.listed());
         let deepest = listed.saturating_sub(1) as u32;
         let is_listed = self.needed(settings) <= self.levels.listed();
-        let has_color = match settings.color_by {
-            ColorBy::Primitives => self.accel.known_ancestry().is_some(),
-            ColorBy::Regret => self.accel.known_regrets().is_some(),
-            ColorBy::Growth => self.accel.built_areas().is_some(),
-            ColorBy::Depth | ColorBy::Size | ColorBy::Overlap | ColorBy::Survival | ColorBy::Planes => true,
-        };
+        let has_color = self.values(self.visits().as_ref()).has(settings.color_by.source());
         let depth = self.drawn_depths(settings);
         OverlaySettings {
             depth: if is_listed {
@@ -282,7 +302,7 @@ impl NodeTable {
             } else {
                 Some(depth.map(|depth| depth.min(deepest)))
             },
-            color_by: if has_color { settings.color_by } else { ColorBy::Depth },
+            color_by: if has_color { settings.color_by } else { ColorBy::DEPTH },
             ..settings.with_kinds(settings.kinds(own).iter().filter(|kind| self.knows(*kind)).collect())
         }
     }
@@ -306,34 +326,6 @@ impl NodeTable {
     /// [`node_metrics::overlap`].
     pub fn overlap(&self, node: u32) -> Option<f32> {
         with_tree!(&self.accel.tree, tree => node_metrics::overlap(tree, node))
-    }
-
-    /// Value of `node` at `depth` in the unit of the scale of `color_by`, see [`Shown::scale`](super::Shown::scale). The primitive count
-    /// may cost a pass over the tree. 0 for [`ColorBy::Survival`], which needs another tree.
-    pub(super) fn value(&self, color_by: ColorBy, node: u32, depth: u32) -> f32 {
-        let accel = &self.accel;
-        let logarithm = |value: f32| value.max(1e-12).log2();
-        match color_by {
-            ColorBy::Depth => (depth as f32).sqrt(),
-            ColorBy::Size => logarithm(self.area_share(node)),
-            ColorBy::Overlap => self.overlap(node).unwrap_or(0.0),
-            ColorBy::Primitives => logarithm(self.primitives(node) as f32),
-            ColorBy::Regret => {
-                let regret = accel.known_regrets().and_then(|regrets| regrets.regret(node));
-                logarithm(regret.unwrap_or(0.0).max(LEAST_REGRET))
-            }
-            ColorBy::Growth => {
-                let built = accel.built_areas().and_then(|areas| areas.get(node as usize)).copied().unwrap_or(0.0);
-                let now = with_tree!(&accel.tree, tree => tree.area(node));
-                logarithm(if built > 0.0 { now / built } else { 1.0 })
-            }
-            ColorBy::Planes => match self.node_kind(node) {
-                None | Some(OrientedKind::Plain) => 0.0,
-                Some(OrientedKind::Fitted) => 0.5,
-                Some(OrientedKind::Skewed) => 1.0,
-            },
-            ColorBy::Survival => 0.0,
-        }
     }
 
     /// Kind of the oriented box of `node`; `None` in trees of other containers.
@@ -371,9 +363,6 @@ impl NodeTable {
         }
     }
 }
-
-/// Part of the tree's cost from which on regrets have colours of their own; stands for unknown ones too.
-const LEAST_REGRET: f32 = 1e-5;
 
 /// A corner of a box and the three edges from there.
 fn corner_and_edges(container: &OrientedBox) -> [[f32; 3]; 4] {

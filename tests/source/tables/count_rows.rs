@@ -72,7 +72,7 @@ impl Counts {
         let mut count = 0;
         for paragraph in document.split("\n\n") {
             let Some((text, source)) = paragraph.split_once(FROM) else { continue };
-            let source = source.replace('\n', " ");
+            let source = source.split_whitespace().collect::<Vec<_>>().join(" ");
             let source = source.strip_suffix(" -->").ok_or_else(|| format!("'{source}' does not end the paragraph"))?;
             let (study, numbers) = source.split_once(": ").ok_or_else(|| format!("'{source}' names no study"))?;
             for number in numbers.split("; ") {

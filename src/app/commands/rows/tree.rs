@@ -5,6 +5,7 @@ use std::path::Path;
 use egui::Key;
 
 use crate::app::commands::row::{CTRL, Item, NONE, Row, flip, item, many, one};
+use crate::app::format;
 use crate::app::state::action::{Action, CompareStep};
 use crate::app::state::{AppState, CompareView, SecondTree, TreeSide};
 use crate::catalog::settings::{self, BUILDER, CONTAINER, Choice, OPTIMIZE, PRESET, Setting, THRESHOLD, Value};
@@ -157,7 +158,7 @@ fn kinds() -> Vec<Item> {
 
 fn colors() -> Vec<Item> {
     let color = |by: ColorBy| {
-        let label = format!("Colour by {}", by.label().to_lowercase());
+        let label = format!("Colour by {}", format::lower(by.label()));
         item(Action::ColorBy(by), label, "Choose what the colour of a container means; the legend has the numbers")
     };
     ColorBy::ALL.map(color).into()

@@ -8,7 +8,7 @@ use egui::{
 use crate::app::state::{AppState, CompareView, Presented, Standing, TreeSide};
 use crate::app::{format, theme};
 use crate::lab::diff::{DifferenceMap, diverging};
-use crate::overlay::{self, ColorBy, NodeTable, Role};
+use crate::overlay::{self, ColorScale, NodeTable, Role};
 use crate::render::{Frame, HeatKind, Shading};
 use bvhscope_engine::construction::Cut;
 
@@ -94,30 +94,22 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let nodes = state.layout.graphics.shown.as_ref()?;
     let standing = state.layout.graphics.standing.as_deref();
     let table = standing.and_then(Standing::table).unwrap_or(&shown.table);
-    let mut drawn = table.drawable(&state.wanted.overlay);
-    if drawn.color_by == ColorBy::Survival && nodes.is_new.is_empty() {
-        // The other tree is not known yet.
-        drawn.color_by = ColorBy::Depth;
-    }
-    let mut legend = overlay::legend(&drawn, table, nodes);
-    if standing.is_some() {
-        // The active clusters are of any depth.
-        legend.drawn = None;
-    }
+    let legend = overlay::legend(nodes);
     let roles =
         [Some(marked_roles(state, shown, standing)), filled_roles(state, shown, standing), ray_roles(state, table)];
     let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
         ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], drawn_nodes(state, shown, standing))])])
-    } else if drawn.color_by == ColorBy::Survival {
+    } else if nodes.colors == ColorScale::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
-    } else if drawn.color_by == ColorBy::Planes {
-        let kinds = legend.stops.into_iter().map(|(at, kind)| (vec![overlay::ramp(at)], kind)).collect();
-        (format!("Containers: {}", lower(legend.title)), vec![Part::Swatches(kinds)])
     } else {
-        let ramp = Part::Ramp { stops: legend.stops, used: legend.drawn, color: Box::new(overlay::ramp) };
-        (format!("Containers: {}", lower(legend.title)), vec![ramp])
+        let colors = if nodes.colors == ColorScale::Planes {
+            Part::Swatches(legend.stops.into_iter().map(|(at, kind)| (vec![overlay::ramp(at)], kind)).collect())
+        } else {
+            Part::Ramp { stops: legend.stops, used: Some(legend.drawn), color: Box::new(overlay::ramp) }
+        };
+        (format!("Containers: {}", format::lower(legend.title)), vec![colors])
     };
     let cut = (nodes.nodes.len() < nodes.wanted).then(|| {
         let [drawn, wanted] = [nodes.nodes.len(), nodes.wanted].map(|count| format::count(count as u64));
@@ -217,11 +209,6 @@ fn survivors_legend(state: &AppState, is_before: bool) -> (String, Vec<Part>) {
     // A line each: both are too long for one.
     let line = |(at, name)| Part::Swatches(vec![(vec![overlay::ramp(at)], name)]);
     (title.to_owned(), [(0.0, same), (1.0, new.to_owned())].map(line).into())
-}
-
-fn lower(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| first.to_lowercase().chain(chars).collect())
 }
 
 /// Legend of the picture; `None` for shadings whose colours have no meaning.

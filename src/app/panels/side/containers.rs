@@ -5,8 +5,10 @@ use egui::{self, Label, RichText, Ui};
 use crate::app::panels::side::control::{control, member, optional, switch};
 use crate::app::state::curve::CurveState;
 use crate::app::state::{AppState, before_passes};
+use crate::app::views::parts;
 use crate::app::widgets::{Header, SliderSpec, check, more, row, section, slider};
 use crate::app::{format, theme};
+use crate::catalog::metrics::Source;
 use crate::catalog::settings::{Setting, Settings as _};
 use crate::overlay::rows::{COLOR_BY, CONTAINERS, DEPTH, FACES, LEAVES, OVERLAP, PARENTS};
 use crate::overlay::{ColorBy, OverlaySettings};
@@ -29,6 +31,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             .response
         });
         control(ui, &COLOR_BY, overlay);
+        colors(ui, state);
         more(ui, "containers", |ui| {
             let automatic = state.layout.graphics.automatic_budget() as f32;
             for &row in OverlaySettings::rows().iter().filter(|row| !ABOVE.contains(row)) {
@@ -59,6 +62,24 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     if reset {
         state.wanted.overlay = OverlaySettings { depth: state.wanted.overlay.depth, ..OverlaySettings::default() };
     }
+}
+
+/// The rays that colours stand for, or why the tree on the screen has no such colours.
+fn colors(ui: &mut Ui, state: &mut AppState) {
+    let ColorBy::Metric(metric) = state.wanted.overlay.color_by else { return };
+    let Some(shown) = state.model.presented.clone().filter(|_| state.preferences.show_containers) else { return };
+    if metric.source == Source::Visits {
+        ui.horizontal_wrapped(|ui| parts::rays(ui, state, &shown));
+    }
+    let Some(text) = parts::missing(state, &shown, metric) else { return };
+    let is_stopped = state.model.derived.is_measuring_stopped(&shown.accel);
+    let color = theme::palette(ui).dim;
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new(if is_stopped { "Stopped" } else { text }).color(color));
+        if is_stopped && ui.button("Begin again").clicked() {
+            state.model.derived.resume_measuring();
+        }
+    });
 }
 
 /// Whether there is no second tree, and the first had no passes.

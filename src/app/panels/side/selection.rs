@@ -4,13 +4,13 @@ use bvhscope_engine::tree::ContainerKind;
 use egui::Ui;
 use glam::{DVec3, Vec3};
 
+use crate::accel::node_values::NodeValues;
 use crate::app::commands::{Action, entries};
 use crate::app::state::{AppState, Presented, TreeSide};
 use crate::app::widgets::{Statistic, Tip as _, check, statistic};
 use crate::app::{format, theme};
 use crate::catalog::metrics;
 use crate::catalog::terms;
-use crate::lab::node_values::NodeValues;
 
 /// Label of the area of a container in percent of that of the box along the axes around the same triangles.
 const OF_PLAIN_BOX: &str = "Area of its plain box";

@@ -16,7 +16,7 @@ use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{Needs, View, parts};
 use crate::app::widgets::{DropDown, Tip as _};
 use crate::app::{format, theme};
-use crate::catalog::metrics::{METRICS, Metric};
+use crate::catalog::metrics::{METRICS, Metric, Source};
 use crate::lab::icicle::{IcicleWidth, subtree_sums};
 
 /// Width of the hint in points. In a narrower window it is left out.
@@ -69,8 +69,8 @@ impl View for IcicleView {
     }
 
     fn needs(&self) -> Needs {
-        let visits = self.width == IcicleWidth::Visits || self.color.needs_visits;
-        Needs { visits, regrets: self.color.needs_regrets, counts: false }
+        let visits = self.width == IcicleWidth::Visits || self.color.source == Source::Visits;
+        Needs { visits, regrets: self.color.source == Source::Regrets, counts: false }
     }
 
     fn add_studies(studies: &mut Studies) -> std::io::Result<()> {

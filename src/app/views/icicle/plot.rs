@@ -8,13 +8,13 @@ use egui::{
 };
 
 use super::{IcicleLayout, IcicleView};
+use crate::accel::node_values::NodeValues;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts;
 use crate::app::{format, theme};
 use crate::catalog::metrics::METRICS;
 use crate::lab::icicle::IcicleCell;
-use crate::lab::node_values::NodeValues;
 
 /// Least and largest height of a level in points.
 const LEVEL_HEIGHT: [f32; 2] = [4.0, 18.0];
@@ -225,15 +225,15 @@ pub(super) fn image(layout: &IcicleLayout, columns: u32, background: Color32, no
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::metric_scale::MetricScale;
     use crate::catalog::metrics;
     use crate::lab::icicle::Icicle;
-    use crate::lab::node_values::MetricScale;
 
     #[test]
     fn cells_are_where_the_layout_has_them() {
         let children = |node: u32| if node == 0 { 1..3 } else { 0..0 };
         let icicle = Icicle::new(children, &[4.0, 1.0, 2.0], 0, 16, 9);
-        let scale = MetricScale::fitting(metrics::OVERLAP, std::iter::empty());
+        let scale = MetricScale { metric: metrics::OVERLAP, ends: [0.0, 1.0] };
         let layout = IcicleLayout { icicle, positions: vec![Some(0.0), Some(1.0), None], scale };
         let image = image(&layout, 16, Color32::BLACK, Color32::RED);
         assert_eq!(image.size, [16, 2 * LEVEL_PX]);

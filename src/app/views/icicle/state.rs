@@ -4,11 +4,12 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
+use crate::accel::node_values::{KnownVisits, NodeValues};
 use crate::accel::{Accel, is_same};
 use crate::app::state::{Derived, Presented, Study, ViewState};
-use crate::catalog::metrics::{self, Metric};
+use crate::catalog::metric_scale::MetricScale;
+use crate::catalog::metrics::{self, Metric, Source};
 use crate::lab::icicle::{Icicle, IcicleWidth};
-use crate::lab::node_values::{KnownVisits, MetricScale, NodeValues};
 use crate::overlay::NodeTable;
 
 /// Inputs of an icicle's widths.
@@ -172,7 +173,7 @@ impl IcicleView {
         size: [u32; 2],
     ) -> Option<Arc<IcicleLayout>> {
         let sums = Arc::clone(self.sums.of_tree(accel)?);
-        let visits = visits.filter(|_| self.color.needs_visits);
+        let visits = visits.filter(|_| self.color.source == Source::Visits);
         let is_counted = accel.known_ancestry().is_some();
         let key = LayoutKey { sums, visits, top: self.top, color: self.color, size, is_counted };
         if let Some((known, layout)) = &self.layout
@@ -183,7 +184,7 @@ impl IcicleView {
         let icicle = Icicle::new(|node| table.children(node), &key.sums, key.top, size[0], size[1]);
         let values = NodeValues { accel, visits: key.visits.as_ref().map(|visits| &*visits.0) };
         let of_cells: Vec<_> = icicle.cells.iter().map(|cell| values.get(key.color, cell.node)).collect();
-        let scale = MetricScale::fitting(key.color, of_cells.iter().flatten().copied());
+        let scale = MetricScale::fitting(key.color, &accel.report.stats, of_cells.iter().flatten().copied());
         let positions = of_cells.iter().map(|value| value.map(|value| scale.position(value))).collect();
         let layout = Arc::new(IcicleLayout { icicle, positions, scale });
         self.layout = Some((key, Arc::clone(&layout)));

@@ -8,6 +8,7 @@ pub use state::NodesView;
 use egui::{self, Key, Rect, RichText, Ui, UiBuilder, pos2, vec2};
 
 use self::state::{OutlineRow, RankingInputs};
+use crate::accel::node_values::NodeValues;
 use crate::app::state::{AppState, Presented};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::parts::{self, Cell};
@@ -15,7 +16,6 @@ use crate::app::views::{Needs, View};
 use crate::app::widgets::{Icon, Tip as _, icon_button};
 use crate::app::{format, theme};
 use crate::lab::node_ranking::rank_nodes;
-use crate::lab::node_values::NodeValues;
 
 /// Share of the width that the outline takes.
 const OUTLINE_SHARE: f32 = 0.4;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use egui::{self, Align, Align2, Layout, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 
 use super::NodesView;
+use crate::accel::node_values::NodeValues;
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts::{self, Cell};
@@ -12,7 +13,6 @@ use crate::app::widgets::table::HeaderCell;
 use crate::app::widgets::{DropDown, Tip as _};
 use crate::app::{format, theme};
 use crate::catalog::metrics::{GROWTH, METRICS, Metric, RANKED};
-use crate::lab::node_values::NodeValues;
 
 /// The metrics in columns: growth only where the tree was built at another moment.
 fn columns(shown: &Presented) -> impl DoubleEndedIterator<Item = &'static Metric> {
@@ -53,17 +53,8 @@ impl NodesView {
     /// The line in place of an empty list.
     fn nothing(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         let is_ranked = self.ranking.of_tree(&shown.accel).is_some();
-        let without_rays = parts::no_rays(state, shown).filter(|_| self.order.metric.needs_visits);
-        let text = if is_ranked && self.order.metric.needs_regrets && !shown.accel.report.stats.is_binary() {
-            "Subtrees are rebuilt of binary trees only"
-        } else if is_ranked {
-            "No node is that large and has this number"
-        } else if self.order.metric.needs_regrets {
-            "Rebuilding subtrees, to see what each could save"
-        } else {
-            "Ranking the nodes"
-        };
-        let text = without_rays.unwrap_or(text);
+        let otherwise = if is_ranked { "No node is that large and has this number" } else { "Ranking the nodes" };
+        let text = parts::missing(state, shown, self.order.metric).unwrap_or(otherwise);
         let derived = &mut state.model.derived;
         let inputs = self.inputs(derived, &shown.accel);
         parts::wait_for(ui, derived, &shown.accel, (&mut self.ranking, inputs), text);

@@ -6,11 +6,11 @@ use std::sync::{Arc, Weak};
 
 use serde::{Deserialize, Serialize};
 
+use crate::accel::node_values::KnownVisits;
 use crate::accel::{Accel, is_same};
 use crate::app::state::{Derived, Presented, Study, ViewState};
-use crate::catalog::metrics::{self, Metric};
+use crate::catalog::metrics::{self, Metric, Source};
 use crate::lab::node_ranking::NodeOrder;
-use crate::lab::node_values::KnownVisits;
 use crate::overlay::NodeTable;
 
 /// Inputs of a ranking.
@@ -96,10 +96,10 @@ impl NodesView {
     /// Inputs of the list of worst nodes of `accel`; `None` while visits or regrets are needed and not known.
     pub(super) fn inputs(&self, derived: &Derived, accel: &Arc<Accel>) -> Option<RankingInputs> {
         let order = self.order;
-        if order.metric.needs_regrets {
+        if order.metric.source == Source::Regrets {
             derived.regrets.get(accel, &())?;
         }
-        let visits = derived.needed_visits(accel, order.metric.needs_visits).ok()?;
+        let visits = derived.needed_visits(accel, order.metric.source == Source::Visits).ok()?;
         Some(RankingInputs { order, visits })
     }
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use egui::{self, Mesh, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo};
 
 use super::PlotsView;
+use crate::accel::node_values::NodeValues;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::axes::{Axes, Lettering, rest};
 use crate::app::views::parts;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::node_values::NodeValues;
 use crate::lab::visit_scatter::{ScatterNode, VisitScatter, node_in};
 
 /// Distance in points within which the pointer is at a node.

@@ -6,13 +6,13 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
+use crate::accel::node_values::KnownVisits;
 use crate::accel::{Accel, is_same};
 use crate::app::state::paper::Experiment;
 use crate::app::state::{Derived, Study, ViewState};
 use crate::catalog::numbers::millions_per_second;
 use crate::catalog::settings::short_name;
 use crate::lab::file_and_builder;
-use crate::lab::node_values::KnownVisits;
 use crate::lab::population::{MeasuredRays, ViewRays};
 use crate::lab::visit_scatter::VisitScatter;
 use crate::scene::{Scene, SceneSource};

@@ -16,22 +16,25 @@ fn encode_exact(linear: f32) -> f32 {
 }
 
 /// Decodes an sRGB component, 0 to 1, to linear light.
-pub(super) fn decode(encoded: f32) -> f32 {
+pub fn decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Encodes linear light as opaque sRGB bytes, clamped; NaN becomes black.
 #[derive(Clone, Copy)]
-pub(super) struct Encoder {
+pub struct Encoder {
     table: &'static [u8],
 }
 
-impl Encoder {
-    pub(super) fn new() -> Self {
+impl Default for Encoder {
+    fn default() -> Self {
         Self { table: &ENCODE }
     }
+}
 
-    pub(super) fn rgba(self, linear: Vec3) -> [u8; 4] {
+impl Encoder {
+    /// Linear red, green and blue, 0 to 1, as opaque sRGB.
+    pub fn rgba(self, linear: Vec3) -> [u8; 4] {
         // `as` saturates and converts NaN to 0.
         let byte = |x: f32| self.table[((x * STEPS as f32 + 0.5) as usize).min(STEPS)];
         [byte(linear.x), byte(linear.y), byte(linear.z), 255]
@@ -44,7 +47,7 @@ mod tests {
 
     #[test]
     fn every_byte_survives_the_way_there_and_back() {
-        let encoder = Encoder::new();
+        let encoder = Encoder::default();
         for byte in 0..=255_u8 {
             let linear = decode(f32::from(byte) / 255.0);
             assert_eq!(encoder.rgba(Vec3::splat(linear))[0], byte);
@@ -53,7 +56,7 @@ mod tests {
 
     #[test]
     fn what_bytes_cannot_show_is_clamped() {
-        let encoder = Encoder::new();
+        let encoder = Encoder::default();
         assert_eq!(encoder.rgba(Vec3::new(-1.0, 2.0, f32::NAN)), [0, 255, 0, 255]);
         assert_eq!(encoder.rgba(Vec3::INFINITY), [255; 4]);
     }
