@@ -100,6 +100,7 @@ pub struct Accel {
     hash: OnceLock<u64>,
     at_rest: Mutex<Option<Arc<RestReadings>>>,
     entering: OnceLock<Option<EnteringReading>>,
+    estimate: OnceLock<Option<EnteringReading>>,
     ancestry: OnceLock<Ancestry>,
     regrets: OnceLock<Regrets>,
     /// Takes the memory of the tree for the next build of the session.
@@ -242,6 +243,7 @@ impl Accel {
             hash: OnceLock::new(),
             at_rest: Mutex::default(),
             entering: OnceLock::new(),
+            estimate: OnceLock::new(),
             ancestry: OnceLock::new(),
             regrets: OnceLock::new(),
             recycler,
@@ -376,6 +378,21 @@ impl Accel {
     /// Keeps the counts of a ray that enters the scene's box, `None` where no ray does. The first ones are kept.
     pub fn keep_entering(&self, counts: Option<EnteringReading>) {
         self.entering.get_or_init(|| counts);
+    }
+
+    /// The same by fewer rays of that view, which are counted in a moment; `None` until they were, and where no ray does.
+    pub fn entering_estimate(&self) -> Option<EnteringReading> {
+        self.estimate.get().copied().flatten()
+    }
+
+    /// Whether [`Accel::keep_estimate`] was called.
+    pub fn is_estimated(&self) -> bool {
+        self.estimate.get().is_some()
+    }
+
+    /// Keeps the counts by fewer rays, `None` where none enters the scene's box. The first ones are kept.
+    pub fn keep_estimate(&self, counts: Option<EnteringReading>) {
+        self.estimate.get_or_init(|| counts);
     }
 
     /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]

@@ -87,6 +87,11 @@ impl Camera {
     /// Moves along the view direction until `bounds` fills 90 % of a square picture; a wider picture has margins at its sides.
     /// Keeps the direction. The camera stays finite for empty and flat boxes.
     pub fn frame(&mut self, bounds: &Aabb) {
+        self.frame_in(bounds, 1.0);
+    }
+
+    /// The same in a picture of this ratio of width to height: one that is narrower than high is filled to 90 % of its width.
+    pub fn frame_in(&mut self, bounds: &Aabb, aspect: f32) {
         let usable = !bounds.is_empty() && bounds.extent().is_finite();
         let (center, half_extent) =
             if usable { (bounds.center(), bounds.extent() * 0.5) } else { (Vec3::ZERO, Vec3::ONE) };
@@ -94,11 +99,12 @@ impl Camera {
         let right = self.up.cross(backward).try_normalize().unwrap_or_else(|| backward.any_orthonormal_vector());
         let up = backward.cross(right);
         let tan = (self.fov_y.clamp(0.01, 3.0) * 0.5).tan() * 0.9;
+        let narrowing = aspect.clamp(0.01, 1.0);
         // Each corner must lie inside the four planes through the eye: |x| and |y| at most tan · depth.
         let distance = (0..8).fold(0.0_f32, |distance, corner| {
             let sign = |bit: u32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
             let corner = half_extent * Vec3::new(sign(0), sign(1), sign(2));
-            let widest = corner.dot(right).abs().max(corner.dot(up).abs());
+            let widest = (corner.dot(right).abs() / narrowing).max(corner.dot(up).abs());
             distance.max(corner.dot(backward) + widest / tan)
         });
         self.target = center;
@@ -277,6 +283,29 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_framed_box_lies_within_the_picture_whatever_its_shape() {
+        let bounds = Aabb { min: Vec3::new(-5.0, -0.5, -0.5), max: Vec3::new(5.0, 0.5, 0.5) };
+        for size in [(1280, 800), (400, 400), (360, 640), (200, 900)] {
+            let mut camera = Camera::framing(&bounds, Vec3::Y);
+            camera.frame_in(&bounds, size.0 as f32 / size.1 as f32);
+            let frame = camera.for_size(size.0, size.1);
+            let corners = (0..8).map(|corner: u32| {
+                Vec3::from_array(
+                    [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] }),
+                )
+            });
+            let places: Vec<Vec2> = corners.map(|corner| project(&frame, corner, size)).collect();
+            let [left, right] = [f32::min, f32::max].map(|of| places.iter().map(|place| place.x).fold(places[0].x, of));
+            assert!(left >= 0.0 && right <= size.0 as f32, "{size:?}: {left} to {right}");
+            // It fills a narrow picture.
+            assert!(
+                size.0 > size.1 || right > 0.94 * size.0 as f32 || left < 0.06 * size.0 as f32,
+                "{size:?}: {left} to {right}"
+            );
         }
     }
 

@@ -29,6 +29,7 @@
 //! | [`render`] | tiles, shading modes, colour maps: a tree and a camera into a frame | egui, wgpu, the overlay | [`render::render`] |
 //! | [`overlay`] | nodes into wireframe instances and the wgpu pass that draws them | `render`, egui's widgets | [`overlay::NodeTable`] |
 //! | [`lab`] | measuring jobs, tables, plots, diagnosis | egui, wgpu, files | [`lab::Job`] |
+//! | [`legend`] | what the colours of a saved picture stand for, drawn below it | egui, wgpu, files | [`legend::of_picture`] |
 //! | `app` | the window: the only place that owns threads and egui | command line flags | `app::run` |
 //! | [`headless`] | the commands that need no window | command line flags | [`headless::render::run`] |
 //! | [`cli`] | command line flags into resolved settings; dispatch and exit codes | how anything is done | [`cli::main`] |
@@ -97,6 +98,8 @@ pub mod render;
 pub mod overlay;
 
 pub mod lab;
+
+pub mod legend;
 
 #[cfg(feature = "gui")]
 pub mod app;

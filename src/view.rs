@@ -64,6 +64,11 @@ impl NamedView {
 
     /// The camera of this view of `scene`, whose up direction the user may have changed to `up`.
     pub fn camera(self, scene: &Scene, up: Vec3) -> Camera {
+        self.camera_in(scene, up, 1.0)
+    }
+
+    /// The same for a picture of this ratio of width to height, which shows the whole model where it is narrow too.
+    pub fn camera_in(self, scene: &Scene, up: Vec3, aspect: f32) -> Camera {
         let bounds = &scene.subject;
         let view = match self.place(scene) {
             Place::OfFile(index) => return of_file(&scene.cameras[index]),
@@ -74,6 +79,9 @@ impl NamedView {
             Place::Given => self,
         };
         let mut camera = Camera::framing(bounds, up);
+        if aspect < 1.0 {
+            camera.frame_in(bounds, aspect);
+        }
         let front = if up.y.abs() > 0.5 { Vec3::Z } else { Vec3::NEG_Y };
         let right = up.cross(front).normalize_or(Vec3::X);
         let [x, y, z] = match view {
@@ -91,7 +99,7 @@ impl NamedView {
             camera.up = front * -y;
         }
         camera.eye = camera.target + toward_eye;
-        camera.frame(bounds);
+        camera.frame_in(bounds, aspect);
         camera
     }
 }

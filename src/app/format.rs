@@ -33,6 +33,17 @@ pub fn significant(value: f64) -> String {
     }
 }
 
+/// The [`significant`] digits of a value that is one of `all`, with as many more as tell it apart from those of them that differ.
+pub fn told_apart(value: f64, all: &[f64]) -> String {
+    let text = significant(value);
+    let nearest = all.iter().map(|other| (other - value).abs()).filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
+    if !nearest.is_finite() || all.iter().all(|other| *other == value || significant(*other) != text) {
+        return text;
+    }
+    let decimals = (-nearest.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
 /// A duration with its unit: `850 µs`, `12.3 ms`, `1.24 s`, `3 min 20 s`.
 pub fn duration(value: Duration) -> String {
     let (number, unit) = duration_parts(value);
@@ -188,6 +199,15 @@ mod tests {
         assert_eq!(significant(12_345.6), "12,346");
         assert_eq!(significant(-1.5), "−1.50");
         assert_eq!(significant(f64::NAN), "–");
+    }
+
+    #[test]
+    fn numbers_that_differ_have_digits_enough() {
+        let apart = |all: &[f64]| all.iter().map(|&value| told_apart(value, all)).collect::<Vec<_>>();
+        assert_eq!(apart(&[0.305, 0.30691, 0.30712]), ["0.305", "0.3069", "0.3071"]);
+        assert_eq!(apart(&[1.0, 1.0, 2.0]), ["1.00", "1.00", "2.00"]);
+        assert_eq!(apart(&[-123.45, -123.41]), ["−123.45", "−123.41"]);
+        assert_eq!(apart(&[f64::NAN, 1.0]), ["–", "1.00"]);
     }
 
     #[test]

@@ -117,6 +117,14 @@ const OWN: [(&str, &[Field]); 6] = [
             ("has_colors", "It has colours of vertices"),
             ("bounds_min", "Smallest coordinates, those of the file"),
             ("bounds_max", "Largest coordinates, those of the file"),
+            ("edges", "Number of edges; corners at equal coordinates are one"),
+            ("open_edges", "Edges of an odd number of triangles; the model is closed where there are none"),
+            ("shared_edges", "Edges of more than two triangles; the model is manifold where there are none"),
+            (
+                "turned_edges",
+                "Edges of two triangles that run along them in the same direction, one with its front, one with its back outside; it is \
+                 consistently oriented where there are none",
+            ),
             (
                 "offset",
                 "Subtracted from the coordinates of the file in the containers of trees; cameras and rays are in those of the file",

@@ -115,6 +115,8 @@ pub struct TreeReading<'a> {
 pub struct EnteringReading {
     /// Container and triangle tests in the binary tree.
     pub tests: f32,
+    /// The container tests among them.
+    pub container_tests: f32,
     /// Cache lines that are read of the wide tree: of nodes and of triangles.
     pub lines: [f32; 2],
 }

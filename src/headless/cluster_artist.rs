@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::context::Failure;
-use super::legend::{self, Key};
 use super::picture::picture_input;
 use crate::accel::Accel;
 use crate::lab::merges::{Merges, TreeOfRecord};
+use crate::legend::{self, Key};
 use crate::overlay::{DrawInput, NodeTable, Offscreen, OverlaySettings, Selection, Viewpoint};
 use crate::render::Frame;
 use crate::text::count;

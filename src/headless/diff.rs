@@ -7,7 +7,6 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
-use super::legend;
 use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
 use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
@@ -26,6 +25,7 @@ use crate::lab::population::Populations;
 use crate::lab::report_table::{depth_table, difference_table, number};
 use crate::lab::rows::write_csv;
 use crate::lab::{Contender, Measurement, Setup, Subject};
+use crate::legend;
 use crate::provenance::command_line;
 use crate::render::Background;
 use crate::scene::{Scene, SceneSource};

@@ -29,6 +29,7 @@ use crate::scene::{Clip, Scene, SceneSource};
 use crate::text::{count, counted, quoted};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree_file::write_corners;
 
@@ -63,6 +64,15 @@ const VIEW_PX: [u32; 2] = [256; 2];
 /// Clips that are listed in the text.
 const MAX_CLIPS: usize = 20;
 
+/// How the triangles meet in their edges.
+#[derive(Debug, Serialize)]
+struct EdgeNumbers {
+    edges: usize,
+    open_edges: usize,
+    shared_edges: usize,
+    turned_edges: usize,
+}
+
 /// Visits by rays of one population.
 #[derive(Debug, Serialize)]
 struct VisitNumbers {
@@ -70,6 +80,23 @@ struct VisitNumbers {
     sums: MeasuredRays,
     /// Visits of each node, in the order of the tree.
     node_visits: Vec<u32>,
+}
+
+impl EdgeNumbers {
+    /// All edges, and whether the model is closed, manifold and consistently oriented: "6, not closed (3 open), manifold, consistently oriented".
+    fn in_words(&self) -> String {
+        let property = |number: usize, what: &str, property: &str| match number {
+            0 => property.to_owned(),
+            _ => format!("not {property} ({} {what})", count(number as u64)),
+        };
+        [
+            count(self.edges as u64),
+            property(self.open_edges, "open", "closed"),
+            property(self.shared_edges, "of more than two triangles", "manifold"),
+            property(self.turned_edges, "between fronts and backs", "consistently oriented"),
+        ]
+        .join(", ")
+    }
 }
 
 /// The JSON object that `--json` prints.
@@ -87,6 +114,10 @@ struct Info {
     /// In the coordinates of the file.
     bounds_min: [f64; 3],
     bounds_max: [f64; 3],
+    /// Numbers of edges: all, those of an odd number of triangles, of more than two, and between triangles that face opposite ways. Absent
+    /// where memory for them is missing.
+    #[serde(flatten)]
+    edges: Option<EdgeNumbers>,
     /// Subtracted from the coordinates of the file: those of trees, cameras and rays are less by it.
     offset: [f64; 3],
     scene_up: [f32; 3],
@@ -181,6 +212,7 @@ fn write_triangles(path: &Path, read: &Protected, scene: &Scene, token: &CancelT
 /// The tree of a model, and the results about both.
 struct Found {
     accel: Arc<Accel>,
+    edges: Option<Edges>,
     findings: Vec<Finding>,
     populations: Vec<VisitNumbers>,
     by_depth: Vec<Depth>,
@@ -203,12 +235,12 @@ impl Found {
         let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
         let visits = populations.iter().map(|of| (of.sums.population, &of.node_visits[..]));
         let by_depth = by_depth(&accel, visits, token)?;
-        Ok(Self { accel, findings, populations, by_depth })
+        Ok(Self { accel, edges: scene.compute_edges(token)?, findings, populations, by_depth })
     }
 
     /// The same as the object that is printed.
     fn info(self, command: &InfoCommand, scene: &Scene, camera: &Camera) -> Info {
-        let Self { accel, findings, populations, by_depth } = self;
+        let Self { accel, edges, findings, populations, by_depth } = self;
         let has_rays = command.rays != Populations::NONE;
         let attributes = scene.attributes.as_ref();
         let triangles = scene.triangles.len();
@@ -224,6 +256,12 @@ impl Found {
             has_colors: attributes.is_some_and(|attributes| !attributes.colors.is_empty()),
             bounds_min: scene.in_file(scene.bounds.min).to_array(),
             bounds_max: scene.in_file(scene.bounds.max).to_array(),
+            edges: edges.map(|edges| EdgeNumbers {
+                edges: edges.count,
+                open_edges: edges.open,
+                shared_edges: edges.shared_by_many,
+                turned_edges: edges.turned,
+            }),
             offset: scene.offset.to_array(),
             scene_up: scene.up.to_array(),
             cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
@@ -331,6 +369,9 @@ fn print_model(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()>
             .collect();
     line(out, "vertices", if attributes.is_empty() { "positions only".to_owned() } else { attributes.join(", ") })?;
     line(out, "bounds", format!("{} to {}", vector(info.bounds_min), vector(info.bounds_max)))?;
+    if let Some(edges) = &info.edges {
+        line(out, "edges", edges.in_words())?;
+    }
     let named = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
     for (label, names, least) in
         [("scenes", &info.scenes, 2), ("cameras", &info.cameras, 1), ("lights", &info.lights, 1)]

@@ -12,8 +12,6 @@ use super::context::{Context, Failure, Finished, camera_of, in_pool};
 use super::film::Film;
 use super::film::check_output;
 #[cfg(feature = "gui")]
-use super::legend;
-#[cfg(feature = "gui")]
 use super::picture::note_written;
 use super::progress::Progress;
 use crate::accel::Accel;
@@ -22,6 +20,8 @@ use crate::export::Protected;
 #[cfg(feature = "gui")]
 use crate::lab::merges::paced_steps;
 use crate::lab::merges::{History, Merges};
+#[cfg(feature = "gui")]
+use crate::legend;
 use crate::overlay::OverlaySettings;
 use crate::render::{Frame, RenderRequest, RenderSettings};
 use crate::scene::SceneSource;

@@ -6,7 +6,6 @@ mod context;
 pub mod render;
 
 mod film;
-mod legend;
 mod moments;
 pub mod picture;
 mod svg;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use super::context::Failure;
 use super::exr::write_exr;
-use super::legend::{self, Key};
 use super::svg::svg;
 use crate::accel::node_values::KnownVisits;
 use crate::catalog::metrics::Source;
 use crate::console::note;
 use crate::export::{ExportError, Protected, cannot_be_written, write_bytes, write_file};
 use crate::lab::population::{Population, ViewRays};
+use crate::legend::{self, Key};
 #[cfg(feature = "gui")]
 use crate::overlay::PictureInput;
 use crate::overlay::{
@@ -67,7 +67,7 @@ impl Picture {
         let view = (frame, &viewpoint);
         let shown = choice.overlay.map(|overlay| chosen(table, &overlay, choice, view, token)).transpose()?;
         let keys = if legend::is_wanted(choice.legend, choice.size[0]) {
-            keys(frame, choice, table, shown.as_deref())
+            legend::of_picture(frame, choice.geometry, shown.as_deref().map(|shown| (&**table, shown)))
         } else {
             Vec::new()
         };
@@ -162,14 +162,6 @@ fn chosen(
         ));
     }
     Ok(Arc::new(shown))
-}
-
-/// The legends of what colours stand for: those of the picture, else those of the containers.
-fn keys(frame: &Frame, choice: &PictureChoice<'_>, table: &NodeTable, shown: Option<&Shown>) -> Vec<Key> {
-    let of_values = legend::of_values(frame).filter(|_| choice.geometry);
-    let is_neutral = choice.geometry && frame.settings.shading.is_coded();
-    let of_containers = shown.filter(|shown| !is_neutral && !shown.nodes.is_empty());
-    of_values.into_iter().chain(of_containers.map(|shown| legend::of_containers(table, shown))).collect()
 }
 
 /// The colours of the frame, with the triangles of the selected node tinted where there is an overlay.

@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use plotters::prelude::*;
 
-use super::legend::{self, Key};
+use crate::legend::{self, Key};
 use crate::overlay::VectorLines;
 use crate::render::Background;
 

@@ -19,6 +19,8 @@ use bvhscope_engine::stage_times::StageTimes;
 
 /// Width and height of the measuring view in pixels, those of `bench` by default.
 pub const MEASURING_PX: [u32; 2] = [1024; 2];
+/// Those of the view of an estimate: so few rays that they are counted while the user still drags.
+const ESTIMATING_PX: [u32; 2] = [128; 2];
 /// Rounds at least, of which eight decide, and their time at least.
 const LEAST: (usize, Duration) = (9, Duration::from_millis(200));
 /// No round is begun after this time.
@@ -47,9 +49,21 @@ pub fn measure_at_rest(trees: &[&Arc<Accel>], token: &CancelToken) -> Result<(),
     Ok(())
 }
 
+/// Estimates the tests of a ray in the measuring view, in the calling thread's rayon pool. They are kept in the tree.
+pub fn estimate_tests(tree: &Arc<Accel>, token: &CancelToken) -> Result<(), Cancelled> {
+    if !tree.is_estimated() {
+        tree.keep_estimate(count_tests(&view_of_size(tree, ESTIMATING_PX), token)?.of_entering_ray());
+    }
+    Ok(())
+}
+
 /// The picture of the measuring view.
 fn measuring_view(accel: &Arc<Accel>) -> RenderRequest {
-    RenderRequest::new(accel, measuring_camera(&accel.scene), RenderSettings::default(), MEASURING_PX)
+    view_of_size(accel, MEASURING_PX)
+}
+
+fn view_of_size(accel: &Arc<Accel>, size_px: [u32; 2]) -> RenderRequest {
+    RenderRequest::new(accel, measuring_camera(&accel.scene), RenderSettings::default(), size_px)
 }
 
 /// The rounds of a tree so far.
@@ -157,6 +171,9 @@ mod tests {
             let by_tests = counted.of_entering_ray().map(|counts| f64::from(counts.tests));
             let by_visits = measured.tests_per_entering_ray;
             assert!((by_visits.unwrap() / by_tests.unwrap() - 1.0).abs() < 1e-6, "{by_visits:?} {by_tests:?}");
+            estimate_tests(&accel, &token).unwrap();
+            let [exact, estimate] = [accel.entering(), accel.entering_estimate()].map(|counts| counts.unwrap().tests);
+            assert!((estimate / exact - 1.0).abs() < 0.05, "{container:?}: {estimate} for {exact}");
             let per_ray = counted.container_tests_per_ray + counted.primitive_tests_per_ray;
             assert!(accel.entering().unwrap().tests > per_ray);
         }

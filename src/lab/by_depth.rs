@@ -35,7 +35,7 @@ pub struct Depth {
     pub visits: BTreeMap<&'static str, u64>,
     /// Part of `area` that interior nodes have.
     #[serde(skip)]
-    interior_area: f64,
+    pub(super) interior_area: f64,
 }
 
 impl Depth {

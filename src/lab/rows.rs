@@ -119,7 +119,8 @@ mod tests {
 
     #[test]
     fn csv_has_every_column_under_its_name() {
-        let sample = || Measurement { tree: Some("mine.bvh".to_owned()), ..sample() };
+        let (tree, label) = (Some("mine.bvh".to_owned()), Some("mine".to_owned()));
+        let sample = || Measurement { tree: tree.clone(), label: label.clone(), ..sample() };
         let row = serde_json::to_value(sample()).unwrap();
         let mut unnamed: Vec<&String> = row.as_object().unwrap().keys().collect();
         unnamed.retain(|name| !columns().contains(&name.as_str()));

@@ -24,6 +24,7 @@ pub(super) fn sample() -> Measurement {
         triangles: 7001,
         builder: "aac".to_owned(),
         tree: None,
+        label: None,
         preset: Some("fast".to_owned()),
         container: ContainerKind::Aabb,
         settings: settings(),
@@ -95,6 +96,7 @@ fn settings() -> Stated {
 }
 
 /// Every number of a tree that was built.
+#[expect(clippy::too_many_lines, reason = "a table")]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 fn values() -> Values {
     // In two parts: the macro takes a level of recursion for each few numbers.

@@ -182,7 +182,7 @@ mod tests {
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
     use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, TreeStats};
-    use bvhscope_engine::tree::traverse::Traversal;
+    use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
     use bvhscope_engine::wide::trace::CacheLines;
 
     #[test]
@@ -251,7 +251,7 @@ mod tests {
                 container_tests_per_ray: 11.25,
                 primitive_tests_per_ray: 1.5,
                 entering: 50,
-                entering_tests: 1_237,
+                entering_tests: TestCounts { containers: 1_000, primitives: 237 },
                 lines: CacheLines { nodes: 1021, triangles: 1031 },
                 trace_time: Duration::from_millis(997),
             },
@@ -340,6 +340,7 @@ mod tests {
             triangles: 7,
             builder: "aac".to_owned(),
             tree: None,
+            label: None,
             preset: None,
             container: ContainerKind::Sphere,
             settings: Stated::of(&build),

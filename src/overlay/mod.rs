@@ -16,6 +16,7 @@ mod viewpoint;
 mod node_table;
 
 mod highlight;
+mod legend;
 mod ramp;
 mod tint;
 
@@ -44,6 +45,7 @@ pub use container_set::ContainerSet;
 pub use highlight::highlighted;
 #[cfg(feature = "gui")]
 pub use input::{DrawInput, PictureInput};
+pub use legend::{Legend, legend};
 pub use level::{level_color, level_width};
 pub use node::{OverlayNode, Role};
 pub use node_table::{NodeTable, Shown};
@@ -53,7 +55,7 @@ pub use offscreen::{Offscreen, OffscreenError, draw_offscreen};
 pub use picture::{step_within, thinned};
 #[cfg(feature = "gui")]
 pub use pipeline::OverlayPipeline;
-pub use ramp::{ColorScale, Legend, legend, ramp};
+pub use ramp::{ColorScale, ramp};
 pub use selection::Selection;
 pub use settings::{ColorBy, OverlaySettings};
 #[cfg(feature = "gui")]

@@ -111,7 +111,7 @@ pub static FACES: Setting<OverlaySettings> = Setting {
     key: "faces",
     value_name: "",
     help: "Fill the sides of containers that face the viewer, faintly",
-    label: "Show",
+    label: "Fill",
     tip: "Fill the sides that face you, faintly, so that near and far are told apart",
     value: Value::Switch { name: "Faces", get: |overlay| overlay.faces, set: |overlay, on| overlay.faces = on },
     applies: |_| true,
@@ -123,7 +123,7 @@ pub static OVERLAP: Setting<OverlaySettings> = Setting {
     key: "overlap",
     value_name: "",
     help: "Fill what the children of the selected node (--select) have in common, seen through the surface",
-    label: "Show",
+    label: "Fill",
     tip: "Fill what the children of the selected node have in common, seen through the surface: rays there must visit both. Of spheres the \
           smallest one around it is drawn",
     value: Value::Switch {

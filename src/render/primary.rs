@@ -30,7 +30,7 @@ pub struct TestSummary {
     /// tree of a scene.
     pub entering: u64,
     /// Container and primitive tests of these rays.
-    pub entering_tests: u64,
+    pub entering_tests: TestCounts,
     /// Cache lines of the wide tree that these rays read, each once a ray.
     pub lines: CacheLines,
     /// Wall-clock time including the counting.
@@ -42,7 +42,8 @@ impl TestSummary {
     pub fn of_entering_ray(&self) -> Option<EnteringReading> {
         let per_ray = |sum: u64| (sum as f64 / self.entering as f64) as f32;
         (self.entering > 0).then(|| EnteringReading {
-            tests: per_ray(self.entering_tests),
+            tests: per_ray(self.entering_tests.containers + self.entering_tests.primitives),
+            container_tests: per_ray(self.entering_tests.containers),
             lines: [self.lines.nodes, self.lines.triangles].map(per_ray),
         })
     }
@@ -79,7 +80,10 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
         container_tests_per_ray: per_ray(sum(|tile| tile.tests.containers)),
         primitive_tests_per_ray: per_ray(sum(|tile| tile.tests.primitives)),
         entering: sum(|tile| tile.entering),
-        entering_tests: sum(|tile| tile.entering_tests),
+        entering_tests: TestCounts {
+            containers: sum(|tile| tile.entering_tests.containers),
+            primitives: sum(|tile| tile.entering_tests.primitives),
+        },
         lines,
         trace_time: start.elapsed(),
     })
@@ -140,7 +144,7 @@ struct Tile {
     /// Number of rays that enter the scene's box.
     entering: u64,
     /// Tests of these rays.
-    entering_tests: u64,
+    entering_tests: TestCounts,
     /// Cache lines that they read.
     lines: CacheLines,
 }
@@ -173,7 +177,8 @@ fn trace(
             counts.tests.containers += tests.containers;
             counts.tests.primitives += tests.primitives;
             if request.accel.scene.is_entered_by(ray) {
-                counts.entering_tests += tests.containers + tests.primitives;
+                counts.entering_tests.containers += tests.containers;
+                counts.entering_tests.primitives += tests.primitives;
                 entering.push(*ray);
             }
         }

@@ -243,6 +243,9 @@ pub struct RenderSettings {
     pub samples: u32,
 }
 
+/// Place of the nearest surface of a depth map on the colour map, whose start may be black.
+const NEAREST: f32 = 0.2;
+
 const fn default_crease_degrees() -> f32 {
     SmoothNormals::DEFAULT_CREASE_DEGREES
 }
@@ -274,6 +277,13 @@ impl RenderSettings {
     /// single value.
     pub fn wanted_samples(&self) -> u32 {
         if self.shading.has_values() { 1 } else { self.samples.max(1) }
+    }
+
+    /// The colour of a value at `position` between both ends of the range, 0 to 1, as sRGB bytes. The nearest surface of a depth map is
+    /// not as dark as a background.
+    pub fn value_color(&self, position: f32) -> [u8; 3] {
+        let start = if self.shading == Shading::Depth { NEAREST } else { 0.0 };
+        self.color_map.srgb(start + (1.0 - start) * position.clamp(0.0, 1.0))
     }
 
     /// The settings that decide a picture's rays: the light, the normals, the section plane and the SIMD level; the rest as by

@@ -56,7 +56,7 @@ impl Frame {
         }
         let table: Vec<[u8; 4]> = (0..=TABLE_STEPS)
             .map(|step| {
-                let [r, g, b] = map.srgb(step as f32 / TABLE_STEPS as f32);
+                let [r, g, b] = self.settings.value_color(step as f32 / TABLE_STEPS as f32);
                 [r, g, b, 255]
             })
             .collect();
@@ -196,6 +196,8 @@ mod tests {
         assert_eq!(frame.value_range, [2.0, 5.0]);
         assert_eq!(frame.rgba[1], Encoder::default().rgba(Background::Dark.color(0.5)));
         assert_ne!(frame.rgba[0], frame.rgba[2]);
+        let nearest: u32 = frame.rgba[0][..3].iter().map(|&channel| u32::from(channel)).sum();
+        assert!(nearest > 120, "the nearest surface looks like a hole: {:?}", frame.rgba[0]);
     }
 
     #[test]

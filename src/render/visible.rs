@@ -32,7 +32,7 @@ impl Visible<'_> {
 
     /// Whether rays pass through the triangle of this index.
     #[inline]
-    pub(super) fn is_hidden(&self, primitive_index: u32) -> bool {
+    pub fn is_hidden(&self, primitive_index: u32) -> bool {
         self.hidden.is_some_and(|hidden| hidden.contains(primitive_index))
     }
 

@@ -1,7 +1,7 @@
 //! Accumulates triangles, attributes and materials into a [`Scene`]: the part common to all formats and built-in scenes.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -317,6 +317,7 @@ impl Assembly {
             materials: self.materials,
             textures: self.textures,
             smooth_normals: SmoothNormals::default(),
+            edges: OnceLock::new(),
             mesh_count: self.mesh_count.max(1),
             motion: self.motion.map(Arc::new),
             moment: None,

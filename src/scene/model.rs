@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
@@ -19,7 +19,10 @@ use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Triangle};
+use bvhscope_engine::query::closed::Edges;
 
+/// Bytes for each triangle of the hash tables of corners and edges, which are half empty at worst.
+const EDGE_BYTES: u64 = 96;
 /// The kind of warning about triangles that a clip moves out of sight, for the moment that is shown.
 const LOST: &str = "triangles left out at this moment: coordinates that are not numbers or beyond 1e18";
 
@@ -62,6 +65,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Normals by crease angle, made on request.
     pub smooth_normals: SmoothNormals,
+    /// How the triangles meet in their edges, once it was asked for.
+    pub(in crate::scene) edges: OnceLock<Edges>,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
     /// How the model moves; `None` for one that stands still.
@@ -98,6 +103,7 @@ impl Scene {
             materials: vec![Material::clay()],
             textures: Vec::new(),
             smooth_normals: SmoothNormals::default(),
+            edges: OnceLock::new(),
             mesh_count: 1,
             motion: None,
             moment: None,
@@ -163,6 +169,7 @@ impl Scene {
             materials: surface.materials,
             textures: surface.textures,
             smooth_normals: SmoothNormals::default(),
+            edges: OnceLock::new(),
             motion: Some(Arc::clone(motion)),
             moment: Some(moment),
             files_read: self.files_read.clone(),
@@ -192,6 +199,25 @@ impl Scene {
             self.subject = self.subject.union(&motion.reach(0, token)?);
         }
         Ok(())
+    }
+
+    /// How the triangles meet in their edges: whether the surface is closed, manifold and consistently oriented. `None` where that takes
+    /// more memory than there is. The first call takes about a second for a million triangles.
+    pub fn compute_edges(&self, token: &CancelToken) -> Result<Option<Edges>, Cancelled> {
+        if let Some(edges) = self.known_edges() {
+            return Ok(Some(*edges));
+        }
+        let bytes = EDGE_BYTES.saturating_mul(self.triangles.len() as u64);
+        if Budget::of_process().check("the edges of the model", bytes).is_err() {
+            return Ok(None);
+        }
+        let edges = Edges::of(&self.triangles, token)?;
+        Ok(Some(*self.edges.get_or_init(|| edges)))
+    }
+
+    /// The result of [`Scene::compute_edges`], if it was called.
+    pub fn known_edges(&self) -> Option<&Edges> {
+        self.edges.get()
     }
 
     /// True if `ray` enters the scene's box, the axis-aligned one around all triangles, as traversals test the root of a tree of boxes.

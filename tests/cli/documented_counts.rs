@@ -15,6 +15,9 @@ use crate::support::models;
 const RECIPES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/counts.txt");
 const COUNTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/counts.jsonl");
 
+/// The rows of a line and a column.
+type Place = ([String; 2], Vec<Map<String, Value>>);
+
 /// A command, and the labels of what it makes.
 struct Recipe<'a> {
     study: &'a str,
@@ -44,19 +47,19 @@ impl Recipe<'_> {
             .output()
             .unwrap();
         assert!(output.status.success(), "{}: {}", self.command, String::from_utf8_lossy(&output.stderr));
-        let mut found: Vec<(String, String, Vec<Map<String, Value>>)> = Vec::new();
+        let mut found: Vec<Place> = Vec::new();
         for line in std::str::from_utf8(&output.stdout).unwrap().lines() {
             let row = with_populations(serde_json::from_str(line).unwrap());
             if row.get("command").is_none() {
                 continue;
             }
-            let [line, column] = [self.line, self.column].map(|label| filled(label, &row));
-            match found.iter_mut().find(|(of_line, of_column, _)| (of_line, of_column) == (&line, &column)) {
-                Some((_, _, rows)) => rows.push(row),
-                None => found.push((line, column, vec![row])),
+            let place = [self.line, self.column].map(|label| filled(label, &row));
+            match found.iter_mut().find(|(of_place, _)| *of_place == place) {
+                Some((_, rows)) => rows.push(row),
+                None => found.push((place, vec![row])),
             }
         }
-        let merged = |(line, column, rows): (String, String, Vec<Map<String, Value>>)| {
+        let merged = |([line, column], rows): Place| {
             let mut merged = json!({ "study": self.study, "line": line, "column": column, "command": self.command });
             for name in &self.fields {
                 let values: Vec<f64> = rows.iter().filter_map(|row| row.get(*name)?.as_f64()).collect();

@@ -215,7 +215,10 @@ fn measuring_commands_take_trees_of_files() {
     assert_eq!(read[1].get("ready_ms"), None);
     assert!(compared.len() > 10, "{} rows", compared.len());
     let table = output(at, &format!("compare {MODEL} --tree other.bvh --size 8x8 --repeat 2"));
-    let line = table.lines().find(|line| line.contains(" other ")).unwrap_or_else(|| panic!("{table}"));
+    let line = table
+        .lines()
+        .find(|line| line.contains("other.bvh") && line.contains('–'))
+        .unwrap_or_else(|| panic!("{table}"));
     assert_eq!(line.matches('–').count(), 5, "{line}: δ, ε, build time, its spread, and ready");
     // `plot` reads the output of `compare`.
     std::fs::write(at.join("rows.jsonl"), output(at, &format!("compare {MODEL} --tree other.bvh {small}"))).unwrap();

@@ -13,6 +13,7 @@ use bvhscope::scene::{LoadOptions, SceneSource};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
+use egui::accesskit::Role;
 use egui_kittest::kittest::Queryable as _;
 
 use crate::harness::Window;
@@ -188,11 +189,23 @@ fn the_drawn_containers_follow_the_tree_until_chosen() {
     Action::Container(ContainerKind::Sphere).perform(&mut harness.state_mut().state);
     settle(&mut harness);
     assert_eq!(harness.state().state.drawn_kinds(), ContainerSet::of(ContainerKind::Sphere));
-    harness.get_by_label("Boxes").click();
+    harness.get_by_label("More of containers").click();
+    harness.run_steps(4);
+    harness.get_by_role_and_label(Role::CheckBox, "Boxes").click();
     harness.run_steps(2);
     Action::Container(ContainerKind::Aabb).perform(&mut harness.state_mut().state);
     settle(&mut harness);
     assert_eq!(harness.state().state.drawn_kinds(), ContainerKind::OF_PAPER.into_iter().collect(), "as chosen by hand");
+    for (choice, kinds) in
+        [("14-DOPs", ContainerSet::of(ContainerKind::Dop14)), ("As the tree", ContainerSet::of(ContainerKind::Aabb))]
+    {
+        harness.get_by_role_and_label(Role::ComboBox, "Show").click();
+        harness.run_steps(4);
+        harness.get_by_role_and_label(Role::Button, choice).click();
+        harness.run_steps(4);
+        assert_eq!(harness.state().state.drawn_kinds(), kinds, "{choice}");
+    }
+    assert!(harness.state().state.wanted.overlay.follows_tree);
 }
 
 #[test]

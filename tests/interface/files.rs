@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::harness::{presented, settle};
 use crate::panel::{harness, press, state};
+use crate::recorded_screen;
 use bvhscope::app::state::{AppState, FolderEntry, Listing, Request, Severity};
-use bvhscope::render::Shading;
+use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::SceneSource;
-use egui::{HoveredFile, Key};
+use egui::{HoveredFile, Key, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
@@ -102,4 +104,38 @@ fn a_hovering_file_is_named_before_it_is_dropped() {
     h.input_mut().hovered_files = vec![hovered("/a/notes.txt")];
     h.step();
     assert!(shapes(&h).contains("Its name is not one of a model"));
+}
+
+#[test]
+fn a_screenshot_has_the_scale_of_its_colors_below() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("roof.obj");
+    std::fs::write(&model, "v 0 0 0\nv 2 0 0\nv 1 1 1\nv 1 1 -1\nf 1 2 3\nf 2 1 4\n").unwrap();
+    let mut harness = recorded_screen::open(SceneSource::File(model), vec2(1100.0, 760.0), 1.0, true);
+    let state = &mut harness.state_mut().state;
+    state.wanted.render.shading = Shading::Heat(HeatKind::Both);
+    state.preferences.show_containers = false;
+    settle(&mut harness);
+    harness.state_mut().state.activity.requests.push(Request::Screenshot);
+    harness.run_steps(2);
+    let file = folder.path().join("roof-001.png");
+    let written = || std::fs::read(&file).ok();
+    let bytes = (0..500).find_map(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        written()
+    });
+    let picture = image::load_from_memory(&bytes.expect("a screenshot is written")).unwrap().to_rgb8();
+    let [width, height] = harness.state().state.layout.viewport_px;
+    let settings = presented(&harness).frame.settings;
+    let keys = bvhscope::legend::of_picture(&presented(&harness).frame, true, None);
+    assert_eq!(keys.len(), 1);
+    let with_scale = height + bvhscope::legend::height_px(width, 1);
+    assert_eq!(picture.dimensions(), (width, with_scale));
+    // The colours of the scale, from its lowest to its highest, in the row through the middle of its bar.
+    let row = height + 25;
+    let at = |x: u32| picture.get_pixel(x, row).0;
+    for (x, place) in [(16, 0.0), (width / 2, 0.5), (width - 16, 1.0)] {
+        let expected = settings.value_color(place);
+        assert!(at(x).iter().zip(expected).all(|(a, b)| a.abs_diff(b) < 12), "{x}: {:?} {expected:?}", at(x));
+    }
 }

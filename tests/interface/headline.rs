@@ -13,6 +13,7 @@ use bvhscope::catalog::numbers::{Number, millions_per_second};
 use bvhscope::lab::at_rest::measure_at_rest;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::settings::{Pass, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -38,6 +39,40 @@ fn comparison(s: &AppState, quantity: &'static Number) -> Comparison {
 fn tile(h: &Harness<'static, AppState>, name: &str) -> String {
     let node = h.get_by(|node| node.value().is_some_and(|text| text.starts_with(name)));
     node.accesskit_node().value().unwrap_or_default()
+}
+
+#[test]
+fn tests_per_ray_are_estimated_until_they_are_counted() {
+    let mut harness = app_of_size(egui::vec2(1100.0, 760.0));
+    let accel = presented(&harness).accel;
+    assert!(accel.entering().is_none(), "nothing is counted at rest in tests of other things");
+    let estimate = format::significant(accel.entering_estimate().unwrap().tests.into());
+    let shown = |harness: &Window, text: &str| {
+        harness.query_by(|node| node.value().is_some_and(|value| value.starts_with(text))).is_some()
+    };
+    assert!(shown(&harness, &format!("Tests per ray ≈ {estimate}")));
+    measure_at_rest(&[&accel], &CancelToken::new()).unwrap();
+    settle(&mut harness);
+    let counted = format::significant(accel.entering().unwrap().tests.into());
+    assert!(shown(&harness, &format!("Tests per ray {counted}")));
+}
+
+#[test]
+fn the_scene_says_whether_it_is_closed() {
+    let mut harness = app_of_size(egui::vec2(1100.0, 760.0));
+    settle(&mut harness);
+    let edges = Edges::of(&presented(&harness).accel.scene.triangles, &CancelToken::new()).unwrap();
+    let value = |count: usize, otherwise: &str| {
+        if count == 0 { format!("none: {otherwise}") } else { format::count(count as u64) }
+    };
+    for text in [
+        format!("Open edges {}", value(edges.open, "closed")),
+        format!("Shared edges {}", value(edges.shared_by_many, "manifold")),
+        format!("Turned edges {}", value(edges.turned, "oriented")),
+    ] {
+        let found = harness.query_by(|node| node.value().as_deref() == Some(&*text)).is_some();
+        assert!(found || harness.query_by_label(&text).is_some(), "{text}");
+    }
 }
 
 #[test]
@@ -185,7 +220,8 @@ fn the_headline_is_the_same_in_windows_of_three_sizes() {
             let node = window.get_by(|node| node.value().is_some_and(|text| text.starts_with(name)));
             node.accesskit_node().value().unwrap_or_default()
         };
-        assert!(text(&window, "Tests per ray").starts_with("Tests per ray …"), "not counted yet");
+        let estimate = text(&window, "Tests per ray");
+        assert!(estimate.contains(['…', '≈']), "not counted yet: {estimate}");
         assert_eq!(text(&window, "Speed "), "Speed … Mray/s", "not measured yet, whatever the picture took");
         window.state_mut().state.model.derived.at_rest.is_off = false;
         settle(&mut window);

@@ -20,7 +20,7 @@ use egui::{Event, Key, Modifiers, PointerButton, Vec2, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use serde_json::{Value, json};
 
-use crate::harness::{Window, app, app_with, camera, click, drag, presented, press, send, settle};
+use crate::harness::{Window, app, app_with, camera, click, drag, presented, press, send, settle, viewport};
 
 const SIZE: Vec2 = vec2(1100.0, 760.0);
 
@@ -47,6 +47,19 @@ fn shown(harness: &Window) -> Option<Moment> {
 
 fn is_playing(harness: &Window) -> bool {
     harness.state().state.model.playback.playing
+}
+
+#[test]
+fn in_a_small_window_the_view_scrolls_within_the_dock() {
+    let mut harness = app_with(builtin("cloth", 50), vec2(640.0, 360.0), true);
+    press(&mut harness, Modifiers::NONE, Key::T);
+    let tab = harness.get_by_role_and_label(Role::Tab, "Motion").rect();
+    let bar = harness.get_by_label("Depth range").rect();
+    assert!(bar.bottom() < 360.0 && tab.bottom() < bar.top(), "{tab:?} {bar:?}");
+    assert!(viewport(&harness).height() > 40.0 && viewport(&harness).bottom() <= tab.top() + 1.0);
+    // What is painted of the view stays above the depth bar.
+    let plot = harness.get_by_label_contains("Plot of").rect();
+    assert!(plot.height() >= 59.0, "{plot:?}");
 }
 
 #[test]

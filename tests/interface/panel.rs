@@ -35,7 +35,8 @@ pub fn sheet(n: u32) -> Scene {
         }
     }
     let source = SceneSource::File(PathBuf::from("a_sheet_with_quite_a_long_name_for_a_panel.obj"));
-    let mut scene = Scene { mesh_count: 3, ..Scene::from_triangles(source, triangles) };
+    let mut scene = Scene::from_triangles(source, triangles);
+    scene.mesh_count = 3;
     scene.warnings.add("triangles with NaN coordinates skipped", || bvhscope::scene::FileLocation::Line(12));
     scene
 }

@@ -44,8 +44,8 @@ fn the_paper_panel_switches_between_tables_and_plots() {
     assert!(h.query_by_label("Plot of Tests per entering ray").is_none());
     assert_eq!(
         h.query_all_by_label_contains("δ 8").count(),
-        4,
-        "a row for the box and one for the sphere in both tables"
+        6,
+        "a row for the box and one for the sphere in each of three tables"
     );
     press(&mut h, "Close dock");
     assert_eq!(h.state().preferences.dock.open, None);
@@ -116,6 +116,10 @@ fn passes_are_toggled_and_disabled_for_spheres() {
     let mut h = harness(state(Shading::Lit));
     choose(&mut h, "Preset", Preset::Best.label());
     assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED);
+    let list = h.get_by_role_and_label(Role::ComboBox, "Passes");
+    assert_eq!(list.accesskit_node().value().as_deref(), Some("Collapse, Restructure, Reinsert"));
+    list.click();
+    h.run_steps(4);
     h.get_by_role_and_label(Role::CheckBox, Pass::Split.label()).click();
     h.run_steps(3);
     assert_eq!(h.state().wanted.build.optimize, Passes::FINISHED.with(Pass::Split));
@@ -134,7 +138,10 @@ fn passes_are_toggled_and_disabled_for_spheres() {
     }
     h.get_by_role_and_label(Role::RadioButton, ContainerKind::Sphere.label()).click();
     h.run_steps(3);
-    for pass in Pass::ALL {
+    // The click beside the list has closed it.
+    h.get_by_role_and_label(Role::ComboBox, "Passes").click();
+    h.run_steps(4);
+    for pass in Passes::ALL.iter() {
         let disabled = h.get_by_role_and_label(Role::CheckBox, pass.label()).accesskit_node().is_disabled();
         assert_eq!(disabled, pass.boxes_only(), "{}", pass.label());
     }
@@ -173,10 +180,13 @@ fn reset_restores_the_tree_settings() {
 #[test]
 fn the_radio_chooses_the_container() {
     let mut h = harness(state(Shading::Lit));
-    for kind in [ContainerKind::Sphere, ContainerKind::Dop14, ContainerKind::Aabb] {
+    let (oriented, boxes) = (ContainerKind::Oriented, ContainerKind::Aabb);
+    for kind in [ContainerKind::Sphere, oriented, ContainerKind::Dop14, oriented, boxes] {
         h.get_by_role_and_label(Role::RadioButton, kind.label()).click();
         h.run_steps(3);
-        assert_eq!(h.state().wanted.build.container, kind);
+        let build = h.state().wanted.build;
+        assert_eq!((build.tree_container(), build.container), (kind, if kind == oriented { boxes } else { kind }));
+        assert_eq!(build.optimize.contains(Pass::Orient), kind == oriented);
     }
 }
 

@@ -2,10 +2,12 @@
 
 use bvhscope::lab::ray::{RayMethod, RayRecord, Step};
 use bvhscope::render::{RayKind, RayStart};
+use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts, Traversal};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable as _;
+use glam::{DMat3, DVec3};
 
 use crate::harness::{Window, app, drag, presented, press, settle, viewport};
 
@@ -82,7 +84,49 @@ fn the_same_ray_is_shown_in_both_trees() {
     second.accel.closest_hit_with(&record(&harness).ray, Traversal::Ordered, &mut counts);
     let name = format!("Containers along the ray in B: {} container tests", counts.containers);
     let below = harness.get_by_label_contains(&name).rect();
+    for (letter, strip) in [("A: ", strip(&harness)), ("B: ", below)] {
+        let mut named = harness.query_all_by_label_contains(letter);
+        let is_above = |rect: egui::Rect| rect.bottom() <= strip.top() + 0.5 && rect.bottom() > strip.top() - 40.0;
+        assert!(named.any(|node| is_above(node.rect())), "{letter} above its strip");
+    }
     assert!(strip(&harness).height() < 0.6 * alone.height() && below.top() > strip(&harness).bottom());
+}
+
+#[test]
+fn all_hits_are_listed_with_the_thickness_between_them() {
+    let mut harness = app_with_ray();
+    // Wait for the edges, which say whether parity counts.
+    settle(&mut harness);
+    let record = record(&harness);
+    let scene = &presented(&harness).accel.scene;
+    let [origin, direction] = [record.ray.origin, record.ray.direction].map(|vector| vector.as_dvec3());
+    // By Cramer's rule, one triangle after another.
+    let distance = |triangle: &Triangle| {
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| corner.as_dvec3());
+        let of = |x: DVec3, y: DVec3, z: DVec3| DMat3::from_cols(x, y, z).determinant();
+        let all = of(b - a, c - a, -direction);
+        let [u, v, t] =
+            [of(origin - a, c - a, -direction), of(b - a, origin - a, -direction), of(b - a, c - a, origin - a)]
+                .map(|part| part / all);
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
+    };
+    let mut expected: Vec<f64> = scene.triangles.iter().filter_map(distance).collect();
+    expected.sort_by(f64::total_cmp);
+    let found: Vec<f32> = record.crossings.hits.iter().map(|hit| hit.t).collect();
+    assert!(found.len() > 1 && found.len() == expected.len(), "{found:?} {expected:?}");
+    assert!(found.iter().zip(&expected).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-4 * b), "{found:?} {expected:?}");
+    assert!(harness.query_by_label(&format!("All hits: {}", found.len())).is_some());
+    assert!(harness.query_by_label_contains("passes through").is_some());
+    let (index, second) = record.crossings.hits.iter().enumerate().find(|(_, hit)| hit.thickness.is_some()).unwrap();
+    assert_eq!(second.thickness, Some(second.t - record.crossings.hits[index - 1].t));
+    let row = harness.get_all_by_role(Role::ListItem).find(|row| {
+        use egui_kittest::kittest::NodeT as _;
+        row.accesskit_node().label().is_some_and(|label| label.starts_with("2 back"))
+    });
+    row.expect("the second surface is listed").click();
+    settle(&mut harness);
+    let selected = harness.state().state.selection.nodes.selected;
+    assert_eq!(selected, presented(&harness).accel.path_to(second.triangle).last().copied());
 }
 
 #[test]

@@ -10,6 +10,8 @@ use bvhscope::catalog::numbers::rows::SAH_COST;
 use bvhscope::overlay::{ColorBy, ColorScale};
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes};
+use bvhscope_engine::tree::ContainerKind;
+use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
@@ -58,18 +60,21 @@ fn a_second_tree_is_added_edited_swapped_and_removed() {
     let thresholds =
         |harness: &Window| [presented(harness), second(harness)].map(|shown| shown.accel.settings.threshold);
     assert_eq!(thresholds(&harness), [threshold + 2, threshold + 1]);
-    harness.get_by_label("Swap").click();
-    settle(&mut harness);
+    let choose = |harness: &mut Window, what: &str| {
+        harness.get_by_label("Both").click();
+        settle(harness);
+        harness.get_by_label(what).click();
+        settle(harness);
+    };
+    choose(&mut harness, "Swap");
     assert_eq!(thresholds(&harness), [threshold + 1, threshold + 2]);
-    harness.get_by_label("Copy A to B").click();
-    settle(&mut harness);
+    choose(&mut harness, "Copy A to B");
     assert_eq!(thresholds(&harness), [threshold + 1; 2]);
     press(&mut harness, Modifiers::COMMAND, Key::Z);
     assert_eq!(thresholds(&harness), [threshold + 1, threshold + 2], "undone");
 
     let tree = Arc::downgrade(&second(&harness).accel);
-    harness.get_by_label("Remove B").click();
-    settle(&mut harness);
+    choose(&mut harness, "Remove B");
     assert!(harness.state().state.model.second.is_none());
     assert_eq!(harness.state().state.edited_side(), TreeSide::A);
     // Memory is given back on a thread of its own.
@@ -80,6 +85,69 @@ fn a_second_tree_is_added_edited_swapped_and_removed() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     panic!("the second tree is still in memory");
+}
+
+#[test]
+fn nothing_in_the_panel_moves_where_a_second_tree_or_oriented_boxes_appear() {
+    let mut harness = app();
+    let place = |harness: &Window| harness.get_by_role_and_label(Role::RadioButton, "Box").rect().top();
+    let colors = |harness: &Window| harness.get_by_role_and_label(Role::ComboBox, "Colour by").rect().top();
+    let before = [place(&harness), colors(&harness)];
+    press(&mut harness, Modifiers::COMMAND, Key::Num2);
+    assert_eq!([place(&harness), colors(&harness)], before);
+    let build = &mut state(&mut harness).wanted.build;
+    *build = build.for_container(ContainerKind::Oriented);
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.tree.container_kind(), ContainerKind::Oriented);
+    assert_eq!([place(&harness), colors(&harness)], before);
+}
+
+#[test]
+fn automatic_depths_count_the_containers_that_both_trees_have() {
+    let mut harness = with_second(CompareView::Split);
+    perform(&mut harness, CompareStep::OnlyCommon);
+    for side in TreeSide::ALL {
+        let state = &harness.state().state;
+        let table = &state.shown_tree(side).unwrap().table;
+        let survival = &state.survival().unwrap()[side as usize];
+        let graphics = &state.layout.graphics;
+        let shown = [&graphics.shown, &graphics.second_shown][side as usize].clone().unwrap();
+        let [first, last] = table.drawn_depths(&state.overlay_of(table));
+        let within = |node: &u32| (first..=last).contains(&table.depth(*node)) && survival.survives(*node);
+        let expected = (0..table.len() as u32).filter(within).count();
+        assert!(shown.nodes.len() == expected && (2..=200).contains(&expected), "{side:?}: {expected} of {shown:?}");
+        assert!(shown.nodes.iter().all(|&node| survival.survives(node)));
+    }
+    let drawn = harness.state().state.layout.graphics.shown.clone().unwrap().nodes.len();
+    assert!(harness.query_by_label_contains(&format!("· {drawn} containers")).is_some(), "the bar counts them too");
+    // A level without any says why nothing is drawn, and how to go on.
+    let counts = harness.state().state.survival().unwrap()[0].nodes_per_depth.clone();
+    let empty = counts.iter().position(|&count| count == 0).expect("the trees differ at some level") as u32;
+    state(&mut harness).wanted.overlay.depth = Some([empty; 2]);
+    settle(&mut harness);
+    assert!(harness.query_by_label("No container at these depths is in both trees.").is_some());
+    assert!(harness.query_by_label_contains("Leaves start").is_none());
+    harness.get_by_label("Choose other depths").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.overlay.depth, None);
+    assert_eq!(harness.state().state.layout.graphics.shown.clone().unwrap().nodes.len(), drawn);
+}
+
+#[test]
+fn a_difference_is_not_drowned_by_containers_unless_they_are_asked_for() {
+    let mut harness = with_second(CompareView::Difference);
+    let drawn = |harness: &Window| harness.state().state.layout.graphics.overlay_counts().0 > 0;
+    assert!(!drawn(&harness));
+    assert!(harness.query_by_label_contains("Containers are off over the difference").is_some());
+    perform(&mut harness, CompareStep::View(CompareView::A));
+    assert!(drawn(&harness), "they are on everywhere else");
+    perform(&mut harness, CompareStep::View(CompareView::Difference));
+    press(&mut harness, Modifiers::NONE, Key::B);
+    assert!(drawn(&harness));
+    press(&mut harness, Modifiers::NONE, Key::B);
+    assert!(!drawn(&harness));
+    perform(&mut harness, CompareStep::View(CompareView::Split));
+    assert!(drawn(&harness));
 }
 
 #[test]

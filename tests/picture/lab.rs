@@ -136,7 +136,7 @@ fn compared_builders_agree_on_hits() {
     assert!(rows.iter().all(|row| row.number(HITS) == rows[0].number(HITS)));
     for row in &rows {
         // A binary tree: each interior node adds one leaf.
-        assert_eq!(row.number(NODES), 2.0 * row.number(LEAVES) - 1.0, "{}", row.builder_name());
+        assert_eq!(row.number(NODES), 2.0 * row.number(LEAVES) - 1.0, "{}", row.name());
         let tree_bytes = row.number(TREE_BYTES) as usize;
         // A reference of 4 bytes for each triangle, or more after splitting.
         let node_bytes = match row.container {
@@ -147,11 +147,11 @@ fn compared_builders_agree_on_hits() {
         };
         let references = (tree_bytes - row.number(NODES) as usize * node_bytes) / 4;
         let splits = row.settings.text(&OPTIMIZE).unwrap().contains("split");
-        assert!(references == row.triangles || splits && references > row.triangles, "{}", row.builder_name());
+        assert!(references == row.triangles || splits && references > row.triangles, "{}", row.name());
         let sizes = row.values.value(LEAF_SIZE).and_then(|sizes| sizes.as_array()).unwrap();
         let [least, mean, most] = [0, 1, 2].map(|index| sizes[index].as_f64().unwrap());
-        assert!((mean * row.number(LEAVES) - references as f64).abs() < 0.01, "{}: {mean} a leaf", row.builder_name());
-        assert!(1.0 <= least && least <= mean && mean <= most, "{}", row.builder_name());
+        assert!((mean * row.number(LEAVES) - references as f64).abs() < 0.01, "{}: {mean} a leaf", row.name());
+        assert!(1.0 <= least && least <= mean && mean <= most, "{}", row.name());
         assert!(
             row.number(SAH_COST) > 1.0 && row.number(EPO) > 0.0 && row.number(MEAN_LEAF_DEPTH) <= row.number(MAX_DEPTH)
         );
@@ -367,7 +367,7 @@ fn tables_hold_the_numbers_of_the_rows() {
     for row in &rows {
         let name = row.container.name();
         assert_eq!(tests.rows[0][column(&format!("all {name}"))], number(row.number(TESTS_PER_RAY)));
-        assert_eq!(tests.rows[0][column(&format!("containers {name}"))], number(row.number(CONTAINER_TESTS_PER_RAY)));
+        assert_eq!(tests.rows[0][column(&format!("entering {name}"))], number(row.number(TESTS_PER_ENTERING_RAY)));
     }
     assert!(tests.rows[1][0].contains("the paper's teapot") && tests.rows[1].contains(&"49".to_owned()));
     let sum: f64 = rows[0].stages_ms().values().sum();

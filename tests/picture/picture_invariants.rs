@@ -17,11 +17,10 @@ fn nan_samples_are_counted_and_black() {
             Triangle { a: Vec3::X * 2.0, b: Vec3::X * 3.0, c: Vec3::new(2.0, 1.0, 0.0) },
         ];
         let paint = |red: f32| Material { base_color: Vec3::new(red, 0.5, 0.5), unlit: true, ..Material::clay() };
-        let scene = Arc::new(Scene {
-            material_indices: vec![0, 1].into(),
-            materials: vec![paint(0.5), paint(red)],
-            ..Scene::from_triangles(SceneSource::default_builtin(), triangles)
-        });
+        let mut scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
+        scene.material_indices = vec![0, 1].into();
+        scene.materials = vec![paint(0.5), paint(red)];
+        let scene = Arc::new(scene);
         let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
         let camera = Camera::framing(&scene.bounds, Vec3::Y);
         let settings = RenderSettings { samples: 1, ..RenderSettings::default() };

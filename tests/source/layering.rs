@@ -74,6 +74,7 @@ const VIEWER: Plan = Plan {
         ("render", &["console", "threads", "worker", "export", "view"]),
         ("overlay", &["console", "threads", "worker", "export", "view", "render"]),
         ("lab", &["console", "worker", "overlay"]),
+        ("legend", &["console", "worker"]),
         ("headless", &["worker"]),
         (
             "app::format",

@@ -19,6 +19,8 @@ pub struct Survival {
     pub nodes: usize,
     /// Number of interior nodes that survive. Leaves of one primitive do so in nearly every tree and tell little.
     pub interior: usize,
+    /// Number of nodes that survive at each depth, from that of the root on.
+    pub nodes_per_depth: Vec<u32>,
 }
 
 impl Survival {
@@ -47,11 +49,24 @@ pub fn surviving_nodes<A: Container, B: Container>(
 ) -> Result<Survival, Cancelled> {
     let partners = partners(&primitive_sets(tree, token)?, primitive_sets(other, token)?, token)?;
     let mut survival = Survival { partners, ..Survival::default() };
+    let mut depths = zeros::<u32>(tree.nodes.len(), token)?;
+    let mut work = 0;
     for (index, node) in tree.nodes.iter().enumerate() {
-        token.check_every(MEDIUM_STEPS, index)?;
+        work += 1 + node.arity() as usize;
+        if work >= MEDIUM_STEPS {
+            work = 0;
+            token.check()?;
+        }
+        let depth = depths[index];
+        // A parent has a lower index than its children.
+        node.children().for_each(|child| depths[child as usize] = depth + 1);
         let survives = survival.survives(index as u32);
         survival.nodes += usize::from(survives);
         survival.interior += usize::from(survives && !node.is_leaf());
+        if survival.nodes_per_depth.len() <= depth as usize {
+            survival.nodes_per_depth.resize(depth as usize + 1, 0);
+        }
+        survival.nodes_per_depth[depth as usize] += u32::from(survives);
     }
     Ok(survival)
 }

@@ -40,6 +40,13 @@ pub fn checked(name: &str, a: &AnyTree, b: &AnyTree) -> Survival {
             interior += usize::from(survives && !a.nodes[index].is_leaf());
         }
         assert_eq!((survival.nodes, survival.interior), (nodes, interior), "{name}");
+        let mut of_depth = vec![0; survival.nodes_per_depth.len()];
+        let mut open = vec![(0, 0)];
+        while let Some((node, depth)) = open.pop().filter(|_| !a.nodes.is_empty()) {
+            of_depth[depth] += u32::from(survival.survives(node));
+            open.extend(a.nodes[node as usize].children().map(|child| (child, depth + 1)));
+        }
+        assert_eq!(survival.nodes_per_depth, of_depth, "{name}");
         assert!(!survival.survives(a.nodes.len() as u32));
         survival
     }))

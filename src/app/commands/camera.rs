@@ -30,9 +30,9 @@ pub(super) fn view_from(state: &mut AppState, direction: ViewDirection) {
 
 /// Goes back to a standard view of the model.
 pub(super) fn reset(state: &mut AppState, view: NamedView) {
-    let up = state.model.up();
+    let (up, aspect) = (state.model.up(), state.layout.aspect());
     if let Some(shown) = &state.model.presented {
-        orbit::reset(&mut state.wanted.camera, view, &shown.accel.scene, up);
+        orbit::reset(&mut state.wanted.camera, view, &shown.accel.scene, up, aspect);
     }
 }
 
@@ -116,7 +116,7 @@ pub(super) fn toggle_up(state: &mut AppState) {
 pub(super) fn frame_selection(state: &mut AppState) {
     let selected = state.selected().and_then(|(shown, node)| shown.table.bounds(node));
     if let Some(bounds) = selected.or_else(|| state.model.bounds()) {
-        orbit::frame_all(&mut state.wanted.camera, &bounds);
+        state.wanted.camera.frame_in(&bounds, state.layout.aspect());
     }
 }
 

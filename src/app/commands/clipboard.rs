@@ -98,6 +98,8 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
             state.activity.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
         }
     }
+    // A fixed range of the heat map belongs to what is shown with it.
+    state.model.heat_basis = None;
     state.model.playback.playing = false;
     state.preferences.show_geometry = show_geometry;
     state.preferences.show_containers = show_containers;

@@ -172,13 +172,13 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
 fn uses_overlay(state: &AppState) -> bool {
     let overlay = &state.wanted.overlay;
     let any_drawn = !overlay.kinds(state.container_kind()).is_empty() || state.selection.nodes.selected.is_some();
-    (any_drawn && state.preferences.show_containers) || !state.preferences.show_geometry
+    (any_drawn && state.shows_containers()) || !state.preferences.show_geometry
 }
 
 /// Appends the flags of the overlay, as it is drawn by pixels.
 fn overlay_flags(state: &AppState, line: &mut Line) {
     let overlay = &state.wanted.overlay;
-    if state.preferences.show_containers {
+    if state.shows_containers() {
         let line_width = overlay.line_width * state.layout.pixels_per_point;
         line.settings(&OverlaySettings { line_width, ..overlay.spelt_out(state.container_kind()) });
         line.flag("--select", state.selection.nodes.selected.map(|node| node.to_string()));

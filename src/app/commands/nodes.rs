@@ -6,7 +6,7 @@ use super::camera;
 use crate::app::format;
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, CompareView, TreeSide, ViewState as _};
-use crate::app::viewport::{orbit, picking};
+use crate::app::viewport::picking;
 use crate::app::views::nodes::NodesView;
 use crate::lab::diagnose::{Finding, Place};
 use crate::scene::Scene;
@@ -154,7 +154,7 @@ pub fn show_finding(state: &mut AppState, finding: &Finding) {
             state.selection.nodes.only = Some(Arc::clone(triangles));
             state.wanted.overlay.hide_triangles = true;
             if let Some(bounds) = bounds_of(&scene, triangles) {
-                orbit::frame_all(&mut state.wanted.camera, &bounds);
+                state.wanted.camera.frame_in(&bounds, state.layout.aspect());
             }
         }
     }

@@ -104,11 +104,8 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if drawn < wanted {
         return format!("shown: {range} · {} of {}", format::count(drawn as u64), format::count(wanted as u64));
     }
-    let text = if overlay.leaves_only || overlay.parents || state.selection.nodes.hides_any() {
-        format::count(drawn as u64)
-    } else {
-        format::count(in_range)
-    };
+    let is_part = overlay.leaves_only || state.selection.nodes.hides_any() || state.draws_only_common();
+    let text = if is_part || overlay.parents { format::count(drawn as u64) } else { format::count(in_range) };
     let noun = if text == "1" { "container" } else { "containers" };
     format!("shown: {range} · {text} {noun}")
 }

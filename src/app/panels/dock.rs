@@ -1,6 +1,8 @@
 //! The dock above the depth bar: a strip of tabs and the open view.
 
-use egui::{self, Align, Button, Layout, Margin, Panel, Rect, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{
+    self, Align, Button, Layout, Margin, Panel, Rect, Role, ScrollArea, Sense, Ui, UiBuilder, Vec2, WidgetInfo, vec2,
+};
 
 use crate::app::commands::{Action, CompareStep, Entry, entries};
 use crate::app::state::AppState;
@@ -10,6 +12,8 @@ use crate::app::widgets::{Icon, Tip as _, icon_button, note_place, panel_frame};
 
 /// Smallest height in points.
 const MIN_HEIGHT: f32 = 96.0;
+/// Width beside a view in which outlines of its widgets are drawn, in points.
+const ROOM_FOR_FOCUS: f32 = 4.0;
 /// Share of the remaining height that the dock may take from the viewport.
 const MAX_SHARE: f32 = 0.66;
 
@@ -23,12 +27,39 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState) {
     let place = panel.frame(panel_frame(margin)).show(ui, |ui| {
         tabs(ui, state, view);
         ui.add_space(2.0);
-        // The dock keeps its height, however little a view shows.
-        ui.set_min_height(ui.available_height());
-        show_view(ui, state, view);
+        within(ui, view.name, |ui| show_view(ui, state, view));
     });
     keep_height(ui, state, place.response.rect);
     note_place(ui.ctx(), "Dock", place.response.rect);
+}
+
+/// Shows `content` in the rest of the dock, which keeps its height, however little there is; what is higher is scrolled.
+fn within(ui: &mut Ui, name: &str, content: impl FnOnce(&mut Ui)) {
+    let id = ui.scope_id().with(name);
+    let room = ui.available_rect_before_wrap();
+    // As high as it was in the last frame. Most content takes the height that it gets.
+    let height = ui.data(|data| data.get_temp(id)).unwrap_or(0.0_f32);
+    let shown = |ui: &mut Ui, size: Vec2| {
+        let place = Rect::from_min_size(ui.cursor().min, size);
+        let mut child = ui.new_child(UiBuilder::new().max_rect(place));
+        child.set_clip_rect(child.clip_rect().intersect(room.expand2(vec2(ROOM_FOR_FOCUS, 0.0))));
+        content(&mut child);
+        let height = child.min_rect().height().max(size.y);
+        ui.allocate_exact_size(vec2(size.x, height), Sense::hover());
+        height
+    };
+    let is_higher = height > room.height() + 1.0;
+    let taken = if is_higher {
+        let area = ScrollArea::vertical().id_salt(name).auto_shrink(false);
+        area.show(ui, |ui| shown(ui, vec2(ui.available_width(), height))).inner
+    } else {
+        shown(&mut ui.new_child(UiBuilder::new().max_rect(room)), room.size())
+    };
+    ui.allocate_rect(room, Sense::hover());
+    if taken != height {
+        ui.data_mut(|data| data.insert_temp(id, taken));
+        ui.ctx().request_repaint();
+    }
 }
 
 /// Shows the view. While it is of an earlier frame of a model that plays, nodes of that tree cannot be selected or pointed at.

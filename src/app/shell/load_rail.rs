@@ -163,7 +163,7 @@ impl LoadRail {
         self.next_camera = Some(match self.first_camera.take() {
             Some(choice) => choice.camera(&scene),
             None if keep => present,
-            None => NamedView::Default.camera(&scene, scene.up),
+            None => NamedView::Default.camera_in(&scene, scene.up, state.layout.aspect()),
         });
         self.keep_camera = false;
         state.model.load_options.scene = key.scene;

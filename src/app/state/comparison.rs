@@ -6,7 +6,6 @@ use crate::catalog::numbers::rows::{BUILD_MS, EPO, MRAYS_PER_S};
 use crate::catalog::numbers::{NUMBERS, Number, millions_per_second};
 use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::colors::ColorMap;
-use crate::colors::ColorMap;
 use crate::lab::Reading;
 pub use crate::lab::verdict::{Factor, Verdict};
 use crate::lab::verdict::{Order, judge};

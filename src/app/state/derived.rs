@@ -21,6 +21,12 @@ pub struct Derived {
     pub moved: Study<(), [Survival; 2]>,
     /// Savings from rebuilding subtrees, which the tree keeps.
     pub regrets: Study<(), ()>,
+    /// How the triangles meet in their edges, which the scene keeps.
+    pub edges: Study<(), ()>,
+    /// The edges of a model are counted whatever its size.
+    pub counts_edges: bool,
+    /// Estimates of the tests of a ray in the first tree and in this second one, which the trees keep.
+    pub estimates: Study<Option<OtherTree>, ()>,
     /// Readings that are taken while nothing else happens.
     pub at_rest: AtRestState,
     /// The kind of rays that visits are measured by.
@@ -33,6 +39,9 @@ pub struct Derived {
 }
 
 impl Derived {
+    /// Triangles of a model up to which its edges are counted unasked: a second or two, and 200 MB meanwhile.
+    pub const MOST_EDGES_AT_ONCE: usize = 2_000_000;
+
     /// The rays of the chosen population by which visits in `scene` are measured, if that was begun.
     pub fn rays(&self, scene: &Arc<Scene>) -> Option<ViewRays> {
         let (_, rays) = self.rays.as_ref().filter(|(of, _)| is_same(of, scene))?;

@@ -114,6 +114,12 @@ impl Default for Layout {
 }
 
 impl Layout {
+    /// Width of the viewport over its height; 1 before it is laid out.
+    pub fn aspect(&self) -> f32 {
+        let [width, height] = self.viewport_px.map(|side| side as f32);
+        if width > 0.0 && height > 0.0 { width / height } else { 1.0 }
+    }
+
     /// Opens the field for a number, or closes it.
     pub fn toggle_go_to(&mut self) {
         self.go_to = if self.go_to.is_some() { None } else { Some(Default::default()) };

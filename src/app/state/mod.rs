@@ -55,7 +55,7 @@ use crate::accel::Accel;
 use crate::catalog::metrics::Source;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
-use crate::overlay::{ColorBy, ContainerSet};
+use crate::overlay::{ColorBy, ContainerSet, NodeTable, OverlaySettings};
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
 use crate::scene::{Clip, Moment, Motion, Scene};
@@ -295,6 +295,10 @@ impl AppState {
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
     /// traversal; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
+        if self.activity.requests.iter().any(|request| matches!(request, Request::OpenShared(..))) {
+            // The range is that of the model that is about to be opened.
+            return;
+        }
         if wanted::follow_heat_basis(&mut self.model.heat_basis, &mut self.wanted) {
             let text =
                 "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
@@ -390,11 +394,28 @@ impl AppState {
         self.selection.reported_missing = missing;
     }
 
+    /// Whether only the containers that both trees have are drawn.
+    pub fn draws_only_common(&self) -> bool {
+        self.wanted.second.is_some_and(|second| second.only_common)
+    }
+
+    /// The settings of the containers of one of the two trees. Where only those that both trees have are drawn, the range of depths that
+    /// suits it counts these alone, once they are known.
+    pub fn overlay_of(&self, table: &NodeTable) -> OverlaySettings {
+        let overlay = self.wanted.overlay;
+        let is_counted = self.draws_only_common() && overlay.depth.is_none() && !overlay.leaves_only;
+        let is_of = |side: &TreeSide| self.shown_tree(*side).is_some_and(|shown| shown.table.id == table.id);
+        let side = TreeSide::ALL.into_iter().find(is_of).filter(|_| is_counted);
+        let counts = side.zip(self.survival()).map(|(side, survival)| &survival[side as usize].nodes_per_depth);
+        let depth = counts.map(|counts| table.depths_of_few(counts.iter().map(|&count| count as usize)));
+        OverlaySettings { depth: depth.or(overlay.depth), ..overlay }
+    }
+
     /// First and last depth that are drawn of the presented tree; of a tree that is not there yet, the wanted ones.
     pub fn drawn_depths(&self) -> [u32; 2] {
-        let overlay = &self.wanted.overlay;
-        let of_tree = self.model.presented.as_ref().map(|shown| shown.table.drawn_depths(overlay));
-        of_tree.or(overlay.depth).unwrap_or_default()
+        let of_tree =
+            self.model.presented.as_ref().map(|shown| shown.table.drawn_depths(&self.overlay_of(&shown.table)));
+        of_tree.or(self.wanted.overlay.depth).unwrap_or_default()
     }
 
     /// Kind of the presented tree's containers; of a tree that is not there yet, the wanted one.
@@ -436,9 +457,29 @@ impl AppState {
         }
     }
 
+    /// Whether containers are drawn: in the difference of two trees only where they were asked for there.
+    pub fn shows_containers(&self) -> bool {
+        let is_difference = self.shown_view() == CompareView::Difference;
+        self.preferences.show_containers
+            && (!is_difference || self.wanted.second.is_some_and(|second| second.over_difference))
+    }
+
+    /// Draws containers in the present view, or not.
+    pub fn toggle_containers(&mut self) {
+        let shows = !self.shows_containers();
+        let is_difference = self.shown_view() == CompareView::Difference;
+        match &mut self.wanted.second {
+            Some(second) if is_difference => {
+                second.over_difference = shows;
+                self.preferences.show_containers |= shows;
+            }
+            _ => self.preferences.show_containers = shows,
+        }
+    }
+
     /// Whether containers are drawn in colours of this meaning.
     pub fn colors_by(&self, color_by: ColorBy) -> bool {
-        self.preferences.show_containers && self.wanted.overlay.color_by == color_by
+        self.shows_containers() && self.wanted.overlay.color_by == color_by
     }
 
     /// Whether the colours of containers need data of this kind.
@@ -449,7 +490,7 @@ impl AppState {
     /// The kinds of containers that are drawn; none while containers are off.
     pub fn drawn_kinds(&self) -> ContainerSet {
         let kinds = self.wanted.overlay.kinds(self.container_kind());
-        if self.preferences.show_containers { kinds } else { ContainerSet::NONE }
+        if self.shows_containers() { kinds } else { ContainerSet::NONE }
     }
 
     /// Whether a side panel is visible: open, and not displaced by the other one in a narrow window.

@@ -21,6 +21,7 @@ use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::tree::ContainerKind;
 
 /// Tree and picture on the screen. They are swapped as a unit, so that picture, overlay and numbers always agree.
@@ -215,6 +216,11 @@ impl Model {
             Some((source, up)) if *source == presented.accel.scene.source => *up,
             _ => presented.accel.scene.up,
         }
+    }
+
+    /// How the triangles of the presented scene meet in their edges, once that is known.
+    pub fn edges(&self) -> Option<&Edges> {
+        self.presented.as_ref()?.accel.scene.known_edges()
     }
 
     /// The bounding box of the presented scene.

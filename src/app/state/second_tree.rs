@@ -89,6 +89,9 @@ pub struct SecondTree {
     /// Containers of A are drawn only where B has a node of the same triangles.
     #[serde(default)]
     pub only_common: bool,
+    /// Containers are drawn over [`CompareView::Difference`], whose colours they would hide.
+    #[serde(default)]
+    pub over_difference: bool,
 }
 
 impl SecondTree {
@@ -97,7 +100,14 @@ impl SecondTree {
 
     /// A second tree with the settings of the first, in the split view.
     pub const fn new(build: BuildSettings) -> Self {
-        Self { build, policy: Policy::Rebuild, view: CompareView::Split, seam: 0.5, only_common: false }
+        Self {
+            build,
+            policy: Policy::Rebuild,
+            view: CompareView::Split,
+            seam: 0.5,
+            only_common: false,
+            over_difference: false,
+        }
     }
 
     const fn rebuilt() -> Policy {

@@ -88,8 +88,19 @@ impl Model {
             loaded: _, presented: _, second: _, difference: _, up_override: _, file_missing: _, playback: _, followed: _,
             load_options: _, heat_basis: _,
         } = self;
-        let Derived { population, findings: _, survival: _, moved: _, regrets: _, at_rest: _, visits: _, rays: _ } =
-            derived;
+        let Derived {
+            population,
+            findings: _,
+            survival: _,
+            moved: _,
+            regrets: _,
+            at_rest: _,
+            visits: _,
+            rays: _,
+            edges: _,
+            counts_edges: _,
+            estimates: _,
+        } = derived;
         let source = ray.source.map(|RaySource { start, camera, size_px }| SharedRay {
             start: match start {
                 RayStart::Pixel(pixel) => SharedStart::Pixel { pixel, camera, size_px },

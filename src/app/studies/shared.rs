@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{Studies, StudyPlan};
 use crate::accel::{Accel, is_same};
-use crate::app::state::{OtherTree, Side, before_passes};
-use crate::lab::at_rest::measure_at_rest;
+use crate::app::state::{Derived, OtherTree, Side, before_passes};
+use crate::lab::at_rest::{estimate_tests, measure_at_rest};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::diff::survivors;
 use crate::lab::pool;
@@ -19,6 +19,8 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
     add_readings(studies)?;
     add_moved(studies)?;
+    add_edges(studies)?;
+    add_estimates(studies)?;
     let of_scene = Mutex::new((Weak::new(), Vec::new()));
     studies.add(
         StudyPlan::new(
@@ -77,6 +79,52 @@ fn add_moved(studies: &mut Studies) -> std::io::Result<()> {
         // One that is refused for memory is left, too, without an answer.
         let before = Accel::build_binary(&accel.scene, &settings, token).map_err(|_| Cancelled)?;
         Ok([survivors(accel, &before, token)?, survivors(&before, accel, token)?])
+    })
+}
+
+/// The edges of the model, for the section "Scene", once the readings at rest are taken, which it would disturb. A large model is examined
+/// on request only.
+fn add_edges(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        "edges",
+        "Counting open edges",
+        |state| &mut state.model.derived.edges,
+        |state, idle| {
+            let accel = state.presented_tree()?;
+            let Derived { at_rest, counts_edges, .. } = &state.model.derived;
+            let is_due = *counts_edges || accel.scene.triangles.len() <= Derived::MOST_EDGES_AT_ONCE;
+            let is_disturbing = at_rest.is_disturbed || !at_rest.is_off && accel.at_rest().is_none();
+            (idle && is_due && !is_disturbing && !state.model.playback.playing).then_some((accel, ()))
+        },
+    );
+    studies.add(plan, |accel, (), token| accel.scene.compute_edges(token).map(drop))
+}
+
+/// Estimates of the tests of a ray, while the picture is still traced. Where every ray tests every triangle they would take too long.
+fn add_estimates(studies: &mut Studies) -> std::io::Result<()> {
+    const MOST_UNSORTED: usize = 10_000;
+    let plan = StudyPlan {
+        at_once: true,
+        is_quiet: true,
+        ..StudyPlan::new(
+            "estimates",
+            "Estimating tests",
+            |state| &mut state.model.derived.estimates,
+            |state, _| {
+                let first = state.presented_tree()?;
+                let second = state.model.second.as_ref().map(|second| &second.accel);
+                let is_quick =
+                    |tree: &Arc<Accel>| tree.tree.node_count() > 1 || tree.scene.triangles.len() < MOST_UNSORTED;
+                let trees = || std::iter::once(&first).chain(second);
+                let is_due = trees().any(|tree| !tree.is_estimated()) && trees().all(is_quick);
+                let second = second.map(OtherTree::new);
+                (is_due && !state.model.playback.playing).then_some((first, second))
+            },
+        )
+    };
+    studies.add(plan, |accel, second, token| {
+        estimate_tests(accel, token)?;
+        second.as_ref().and_then(OtherTree::get).map_or(Ok(()), |second| estimate_tests(&second, token))
     })
 }
 

@@ -99,7 +99,7 @@ impl Choice {
 /// The overlay settings as they are drawn now: restricted to what is known of the tree, with the budget of this adapter.
 pub(crate) fn drawable(state: &AppState, table: &NodeTable) -> OverlaySettings {
     table.set_visits(state.model.derived.known_visits(table.accel()));
-    let mut settings = table.drawable(&state.wanted.overlay);
+    let mut settings = table.drawable(&state.overlay_of(table));
     // The clusters of a tree before its passes are not those of the second tree.
     let standing = state.layout.graphics.standing.as_ref().and_then(|standing| standing.table());
     let is_before = standing.is_some_and(|standing| standing.id == table.id);
@@ -148,7 +148,7 @@ impl CommonNodes {
     /// The containers of `shown`, which are of the tree `side`: only those that the other tree has too, and marked as such, where it is
     /// wanted and known. `all` keeps all of them.
     pub(super) fn update(&mut self, state: &AppState, side: TreeSide, shown: Arc<Shown>, all: bool) -> Arc<Shown> {
-        let only_common = !all && state.wanted.second.is_some_and(|second| second.only_common);
+        let only_common = !all && state.draws_only_common();
         let how = [only_common, shown.colors == ColorScale::Survival];
         let Some(survival) = state.compared().filter(|_| how.contains(&true)) else {
             self.last = None;

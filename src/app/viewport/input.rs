@@ -79,11 +79,11 @@ fn click(ui: &egui::Ui, response: &Response, state: &mut AppState) {
     let [x, y] = pixel_at(at, response.rect, ui.ctx().pixels_per_point(), state.layout.viewport_px);
     if response.double_clicked() {
         let point = state.model.presented.as_ref().and_then(|shown| picking::surface_point(&shown.frame, x, y));
-        let up = state.model.up();
+        let (up, aspect) = (state.model.up(), state.layout.aspect());
         match (point, &state.model.presented) {
             (Some(point), _) => orbit::focus(&mut state.wanted.camera, point),
             (None, Some(shown)) => {
-                orbit::reset(&mut state.wanted.camera, NamedView::Default, &shown.accel.scene, up);
+                orbit::reset(&mut state.wanted.camera, NamedView::Default, &shown.accel.scene, up, aspect);
             }
             (None, None) => {}
         }

@@ -64,14 +64,9 @@ pub fn front_and_right(up: Vec3) -> (Vec3, Vec3) {
     (front, up.cross(front).normalize_or(Vec3::X))
 }
 
-/// Moves the camera along its view direction so that `bounds` fills the picture.
-pub fn frame_all(camera: &mut Camera, bounds: &Aabb) {
-    camera.frame(bounds);
-}
-
-/// Resets the camera to a view of the model; the projection stays.
-pub fn reset(camera: &mut Camera, view: NamedView, scene: &Scene, up: Vec3) {
-    *camera = Camera { projection: camera.projection, ..view.camera(scene, up) };
+/// Resets the camera to a view of the model in a picture of this ratio of width to height; the projection stays.
+pub fn reset(camera: &mut Camera, view: NamedView, scene: &Scene, up: Vec3, aspect: f32) {
+    *camera = Camera { projection: camera.projection, ..view.camera_in(scene, up, aspect) };
 }
 
 /// Makes `point` the target, and so the centre of picture and orbit; direction and distance stay.

@@ -110,13 +110,13 @@ pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     if let Some(standing) = &state.layout.graphics.standing {
         return path.into_iter().find(|&node| standing.table().is_none() && standing.stands(node));
     }
-    drawn_on(&path, presented, &state.wanted.overlay)
+    drawn_on(&path, presented, &state.overlay_of(&presented.table))
 }
 
 /// The deepest node of the second tree within its drawn range of depths that holds the triangle.
 pub(super) fn drawn_node_of_second(state: &AppState, primitive: u32) -> Option<u32> {
     let second = state.model.second.as_ref()?;
-    drawn_on(&second.accel.path_to(primitive), second, &state.wanted.overlay)
+    drawn_on(&second.accel.path_to(primitive), second, &state.overlay_of(&second.table))
 }
 
 /// The deepest node on a path from the root that is within the drawn range of depths.

@@ -1,14 +1,16 @@
-//! Screenshots: the viewport's picture and containers as a PNG, drawn and written on a thread of their own.
+//! Screenshots: the viewport's picture and containers as a PNG with the legend of their colours below, as `bvhscope render` writes it,
+//! drawn and written on a thread of their own.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::app::state::{AppState, CompareView, Preferences, Presented};
-use crate::app::viewport::choice::{drawn_selection, drawn_table};
+use crate::app::state::{AppState, CompareView, Presented};
+use crate::app::viewport::choice::{drawable, drawn_selection, drawn_table};
 use crate::app::viewport::draw::Tint;
 use crate::app::viewport::draw::picture_input;
 use crate::export::{first_writable, write_new};
+use crate::legend;
 use crate::overlay::{DrawInput, NodeTable, OverlaySettings, Selection, Shown, draw_offscreen};
 
 /// Everything that a screenshot shows, captured so that later changes in the window do not affect it.
@@ -31,6 +33,8 @@ struct Picture {
     selection: Selection,
     /// Other colours for the picture: with the selected triangles tinted, or those of the difference of two trees.
     colors: Option<Arc<Vec<[u8; 4]>>>,
+    /// The largest difference that has a colour of its own, where the picture is the difference of two trees.
+    difference: Option<f32>,
 }
 
 impl Screenshot {
@@ -46,7 +50,7 @@ impl Screenshot {
             (CompareView::Split, Some(second)) => vec![(0, first), (seam_px, second)],
             _ => vec![(0, first)],
         };
-        let Preferences { show_containers, show_geometry, .. } = state.preferences;
+        let (show_containers, show_geometry) = (state.shows_containers(), state.preferences.show_geometry);
         Some(Self { name: stem, pictures, show_containers, show_geometry, pixels_per_point })
     }
 
@@ -65,8 +69,24 @@ impl Screenshot {
                 rows.for_each(|(left, right)| left[*from as usize..].copy_from_slice(&right[*from as usize..]));
             }
         }
+        size[1] = self.append_legend(&mut whole, size);
         let path = write_png(folder, &self.name, size, &whole)?;
         Ok((path, warning))
+    }
+
+    /// Appends what the colours of the first picture stand for, and returns the new height.
+    fn append_legend(&self, pixels: &mut Vec<[u8; 4]>, size: [u32; 2]) -> u32 {
+        let Some((_, picture)) = self.pictures.first().filter(|_| legend::is_wanted(None, size[0])) else {
+            return size[1];
+        };
+        let frame = &picture.presented.frame;
+        let keys = if let Some(limit) = picture.difference.filter(|_| self.show_geometry) {
+            vec![legend::of_difference(limit)]
+        } else {
+            let containers = self.show_containers.then_some((&*picture.table, &*picture.shown));
+            legend::of_picture(frame, self.show_geometry, containers)
+        };
+        legend::append(pixels, size, &keys, frame.settings.background)
     }
 
     /// The pixels of a picture with its containers and, where these could not be drawn, the reason.
@@ -106,24 +126,25 @@ fn first_picture(state: &AppState) -> Option<Picture> {
     let mut presented = state.model.presented.clone()?;
     let shows_merges = state.layout.graphics.standing.is_some();
     let tinted = if shows_merges { None } else { Tint::default().update(state, &presented) };
-    let mut colors = tinted.map(|tinted| tinted.rgba);
+    let (mut colors, mut limit) = (tinted.map(|tinted| tinted.rgba), None);
     let table = Arc::clone(drawn_table(state, &presented));
     if let (CompareView::Difference, Some(difference)) = (state.shown_view(), &state.model.difference) {
         presented.frame = Arc::clone(&difference.map.frames[0]);
-        colors = Some(Arc::clone(&difference.map.rgba));
+        (colors, limit) = (Some(Arc::clone(&difference.map.rgba)), Some(difference.map.limit));
     }
     let shown = state.layout.graphics.shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
     let selection = drawn_selection(state);
-    Some(Picture { presented, table, overlay: state.wanted.overlay, shown, selection, colors })
+    let overlay = drawable(state, &table);
+    Some(Picture { presented, table, overlay, shown, selection, colors, difference: limit })
 }
 
 /// The picture through the second tree.
 fn second_picture(state: &AppState) -> Option<Picture> {
     let presented = state.model.second.clone()?;
     let shown = state.layout.graphics.second_shown.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING));
-    let (overlay, selection) = (state.wanted.overlay, Selection::default());
     let table = Arc::clone(&presented.table);
-    Some(Picture { presented, table, overlay, shown, selection, colors: None })
+    let (overlay, selection) = (drawable(state, &table), Selection::default());
+    Some(Picture { presented, table, overlay, shown, selection, colors: None, difference: None })
 }
 
 /// Writes RGBA pixels as a PNG under an unused name in `folder`.

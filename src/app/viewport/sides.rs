@@ -6,7 +6,7 @@ use egui::{Pos2, Rect};
 
 use super::choice::{drawable, drawn_selection, drawn_table};
 use super::draw::{OverlayCallback, Tinted};
-use crate::app::state::{AppState, CompareView, Preferences, Presented, SecondNodes, TreeSide};
+use crate::app::state::{AppState, CompareView, Presented, SecondNodes, TreeSide};
 use crate::overlay::{Selection, Shown};
 
 /// The draws of the viewport, each with the part of `rect` that it covers. `tinted` is the first tree's picture with the selected
@@ -64,7 +64,6 @@ fn callback(
     tinted: Option<Tinted>,
     rect: Rect,
 ) -> OverlayCallback {
-    let Preferences { show_geometry, show_containers, .. } = state.preferences;
     let (nodes, table, selection) = match side {
         TreeSide::A => (&state.layout.graphics.shown, drawn_table(state, shown), drawn_selection(state)),
         // Merges are shown in the first tree.
@@ -78,12 +77,12 @@ fn callback(
         frame: Arc::clone(&shown.frame),
         frame_id: shown.frame_id,
         tinted,
-        table: (show_containers || selection.has_ray()).then(|| Arc::clone(table)),
+        table: (state.shows_containers() || selection.has_ray()).then(|| Arc::clone(table)),
         shown: nodes.clone().unwrap_or_else(|| Arc::new(Shown::NOTHING)),
         settings: drawable(state, table),
         selection,
         rect,
-        show_picture: show_geometry,
+        show_picture: state.preferences.show_geometry,
         side: slot,
         has_second: state.wanted.second.is_some(),
     }

@@ -132,7 +132,7 @@ impl Viewport {
     fn choose_containers(&mut self, ui: &Ui, state: &mut AppState) {
         (state.layout.graphics.shown, state.layout.graphics.second_shown) = (None, None);
         state.layout.graphics.standing = standing(state);
-        if let Some(presented) = state.model.presented.as_ref().filter(|_| state.preferences.show_containers) {
+        if let Some(presented) = state.model.presented.as_ref().filter(|_| state.shows_containers()) {
             let standing = state.layout.graphics.standing.as_ref();
             let (shown, again) = self.choice.update(state, presented, standing, &choice::drawn_selection(state));
             let second = state.model.second.as_ref().filter(|_| state.shown_view().shows(TreeSide::B)).map(|second| {
@@ -164,7 +164,7 @@ impl Viewport {
 
 /// The clusters that are drawn in place of the chosen depths: those of the step that the open view "Merges" shows.
 fn standing(state: &mut AppState) -> Option<Arc<Standing>> {
-    let wanted = state.preferences.show_containers && state.preferences.dock.shows(PictureCut::VIEW);
+    let wanted = state.shows_containers() && state.preferences.dock.shows(PictureCut::VIEW);
     let budget = choice::budget(state) as usize;
     let presented = state.model.presented.as_ref().filter(|_| wanted)?;
     state.model.cut.standing(&presented.accel, budget)

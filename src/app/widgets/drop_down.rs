@@ -1,7 +1,7 @@
 //! Drop-down lists of values.
 
 use egui::text::LayoutJob;
-use egui::{self, ComboBox, Response, Role, TextFormat, TextStyle, Ui, WidgetInfo, WidgetText};
+use egui::{self, ComboBox, PopupCloseBehavior, Response, Role, TextFormat, TextStyle, Ui, WidgetInfo, WidgetText};
 
 use super::row::row;
 use super::tip::Tip as _;
@@ -65,8 +65,7 @@ impl<'a, T: Copy + PartialEq> DropDown<'a, T> {
     /// Shows the list. A key or a press outside closes it, too.
     pub(crate) fn show(self, ui: &mut Ui, value: &mut T) -> Response {
         let chosen = self.choices.iter().find(|(choice, ..)| choice == value).map_or("", |(_, name, _)| name);
-        let mut area = None;
-        let mut list = ComboBox::from_id_salt(("drop-down", self.name)).height(MAX_HEIGHT);
+        let mut list = ComboBox::from_id_salt(("drop-down", self.name));
         if let Some(width) = self.width {
             list = list.width(width);
         }
@@ -74,26 +73,11 @@ impl<'a, T: Copy + PartialEq> DropDown<'a, T> {
             list = list.truncate();
         }
         let items = |ui: &mut Ui| {
-            area = ui.memory(|memory| memory.area_rect(ui.layer_id().id));
             for choice in self.choices {
                 self.item(ui, value, choice);
             }
         };
-        let response = list.selected_text(chosen).show_ui(ui, items).response;
-        // Egui closes it after a click only, not where a drag begins.
-        let pressed = ui.input(|input| input.pointer.press_origin().filter(|_| input.pointer.any_pressed()));
-        if let (Some(area), Some(at)) = (area, pressed)
-            && !area.contains(at)
-            && !response.rect.contains(at)
-        {
-            egui::Popup::close_all(ui.ctx());
-        }
-        response.widget_info(|| {
-            let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), self.name);
-            info.current_text_value = Some(chosen.to_owned());
-            info
-        });
-        response
+        show_list(ui, list, (self.name, chosen), items)
     }
 
     /// A value in the list.
@@ -115,8 +99,38 @@ impl<'a, T: Copy + PartialEq> DropDown<'a, T> {
     }
 }
 
+/// A list of check boxes, which stays open while they are clicked, in the rest of a row. `chosen` says which are on.
+pub(crate) fn several(ui: &mut Ui, name: &str, chosen: &str, items: impl FnOnce(&mut Ui)) -> Response {
+    let list = ComboBox::from_id_salt(("several", name)).width(ui.available_width()).truncate();
+    show_list(ui, list.close_behavior(PopupCloseBehavior::CloseOnClickOutside), (name, chosen), items)
+}
+
+/// Shows a list, closed with what is `chosen`, open with its `items`.
+fn show_list(ui: &mut Ui, list: ComboBox, (name, chosen): (&str, &str), items: impl FnOnce(&mut Ui)) -> Response {
+    let mut area = None;
+    let items = |ui: &mut Ui| {
+        area = ui.memory(|memory| memory.area_rect(ui.layer_id().id));
+        items(ui);
+    };
+    let response = list.height(MAX_HEIGHT).selected_text(chosen).show_ui(ui, items).response;
+    // Egui closes it after a click only, not where a drag begins.
+    let pressed = ui.input(|input| input.pointer.press_origin().filter(|_| input.pointer.any_pressed()));
+    if let (Some(area), Some(at)) = (area, pressed)
+        && !area.contains(at)
+        && !response.rect.contains(at)
+    {
+        egui::Popup::close_all(ui.ctx());
+    }
+    response.widget_info(|| {
+        let mut info = WidgetInfo::labeled(Role::ComboBox, ui.is_enabled(), name);
+        info.current_text_value = Some(chosen.to_owned());
+        info
+    });
+    response
+}
+
 /// A name with a sentence below it.
-fn explained(ui: &Ui, name: &str, sentence: &str) -> WidgetText {
+pub(crate) fn explained(ui: &Ui, name: &str, sentence: &str) -> WidgetText {
     let [large, small] = [TextStyle::Button, TextStyle::Small].map(|style| style.resolve(ui.style()));
     let mut job = LayoutJob::single_section(format!("{name}\n"), TextFormat::simple(large, ui.visuals().text_color()));
     job.append(sentence, 0.0, TextFormat::simple(small, theme::palette(ui).dim));

@@ -10,7 +10,7 @@ mod statistic;
 pub(crate) mod table;
 mod tip;
 
-pub(crate) use drop_down::DropDown;
+pub(crate) use drop_down::{DropDown, explained, several};
 pub(crate) use icon::{Icon, icon_button};
 pub(crate) use panel::{Header, empty_view, more, panel_frame, restore_sections, scroll, section, sections};
 pub(crate) use row::{check, chip, note_place, place_of, row};

@@ -19,7 +19,7 @@ use bvhscope_engine::settings::{BuildSettings, Pass};
 #[cfg(test)]
 pub(crate) use check::{check_rows, each_other_value};
 pub use given::Given;
-pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD};
+pub use rows::{BUILDER, CONTAINER, OPTIMIZE, PRESET, SETTINGS, THRESHOLD, container_sentence};
 pub use rows::{CURVE, EPSILON, ROUNDS};
 pub use setting::{Choice, Limits, Number, Setting, Settings, Value, Written, limit};
 pub use stated::{Stated, parameters};

@@ -87,11 +87,15 @@ pub static CONTAINER: Setting = Setting {
     written: Written::Always,
 };
 
-const fn container_sentence(kind: ContainerKind) -> &'static str {
+/// One sentence about a kind of containers.
+pub const fn container_sentence(kind: ContainerKind) -> &'static str {
     match kind {
         ContainerKind::Aabb => "Build and trace the tree with axis-aligned boxes",
         ContainerKind::Sphere => "Build and trace the tree with spheres",
-        ContainerKind::Oriented => "Only as the pass Orient",
+        ContainerKind::Oriented => {
+            "Build a tree of boxes, then give each node the smallest of its box, of one turned to fit and of one skewed to the planes of \
+             the 14-DOP (the pass Orient)"
+        }
         ContainerKind::Dop14 => {
             "Build and trace the tree with 14-DOPs, polytopes of 14 planes: boxes whose corners are cut off (Klosowski et al. 1998)"
         }
@@ -208,8 +212,8 @@ pub static OPTIMIZE: Setting = Setting {
     value_name: "LIST",
     help: "Optimisation passes, separated by commas: split (large triangles, boxes only), collapse, restructure, reinsert and \
            anneal (boxes only; anneal takes minutes), orient (boxes only; turns and skews them in the end); or all (but orient), none",
-    label: "Optimize",
-    tip: "Passes before and after the builder that improve the tree. Each takes time",
+    label: "Passes",
+    tip: "What improves the tree before and after the builder. Each pass takes time",
     value: Value::Any {
         options: || Pass::ALL.map(|pass| Choice::new(pass.name(), pass.label(), pass_sentence(pass))).into(),
         get: |build, index| build.optimize.contains(Pass::ALL[index]),

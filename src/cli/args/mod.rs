@@ -17,21 +17,19 @@ pub use measure::{
 pub use picture::{CameraArgs, CameraParts, CamerasArgs, NodeArgs};
 pub use ray::RayArgs;
 pub use setting_flags::SettingFlags;
-pub use shared::{BuildArgs, LoadArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
+pub use shared::{BuildArgs, FollowArgs, FollowedMomentArgs, LoadArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
 
 use super::named::{help, named, populations, populations_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::headless::Times;
-use crate::lab::motion::MAX_FRAMES;
 use crate::lab::population::Populations;
 use crate::overlay::OverlaySettings;
 use crate::render::{Background, RenderSettings};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
 use crate::section::SectionChoice;
 use bvhscope_engine::construction::MergeOrder;
-use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
 
 /// The end of `bvhscope --help`.
@@ -151,28 +149,6 @@ pub struct MotionArgs {
     #[arg(long, value_name = "A..B:STEP", value_parser = Times::parse_range, allow_hyphen_values = true,
           conflicts_with_all = ["time", "tree", "depth_image"])]
     pub frames: Option<Times>,
-}
-
-/// A moment, and how its tree is made.
-#[derive(Debug, Args)]
-pub struct FollowedMomentArgs {
-    #[command(flatten)]
-    pub moment: MomentArgs,
-    #[command(flatten)]
-    pub follow: FollowArgs,
-}
-
-/// How the tree of a moment is made.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Motion")]
-pub struct FollowArgs {
-    #[arg(long, value_name = "NAME", value_parser = named::<Policy>, conflicts_with = "tree",
-          help = help::<Policy>("How the first frame's tree follows until this moment: ", " [default: rebuild]"))]
-    pub policy: Option<Policy>,
-    /// Frames of the whole clip, 1 to 10000, by which the tree gets to this moment [default: 25]
-    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, MAX_FRAMES as u32),
-          requires = "policy")]
-    pub policy_frames: Option<u32>,
 }
 
 /// Surroundings of the model in a picture that is written.

@@ -3,9 +3,8 @@
 use clap::{ArgGroup, Args};
 use glam::{DVec3, Vec3};
 
-use super::FollowedMomentArgs;
 use super::picture::CameraArgs;
-use super::shared::{BuildArgs, StrictLoadArgs, TreeFileArgs};
+use super::shared::{BuildArgs, FollowedMomentArgs, StrictLoadArgs, TreeFileArgs};
 use crate::cli::named::{help, named, simd};
 use crate::cli::values::{self, ModelParser};
 use crate::render::{Light, RayKind};

@@ -7,7 +7,10 @@ use clap::Args;
 use super::setting_flags::SettingFlags;
 use crate::budget::MemoryLimit;
 use crate::catalog::settings::{OPTIMIZE, SETTINGS};
+use crate::cli::named::{help, named};
 use crate::cli::values;
+use crate::lab::motion::MAX_FRAMES;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 
 /// The tree of a file in place of one that is built.
@@ -70,4 +73,26 @@ pub struct BuildArgs {
     /// Threads for building and tracing, 1 to 1024, but no more than there are cores [default: all]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<usize>,
+}
+
+/// A moment, and how its tree is made.
+#[derive(Debug, Args)]
+pub struct FollowedMomentArgs {
+    #[command(flatten)]
+    pub moment: MomentArgs,
+    #[command(flatten)]
+    pub follow: FollowArgs,
+}
+
+/// How the tree of a moment is made.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Motion")]
+pub struct FollowArgs {
+    #[arg(long, value_name = "NAME", value_parser = named::<Policy>, conflicts_with = "tree",
+          help = help::<Policy>("How the first frame's tree follows until this moment: ", " [default: rebuild]"))]
+    pub policy: Option<Policy>,
+    /// Frames of the whole clip, 1 to 10000, by which the tree gets to this moment [default: 25]
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, MAX_FRAMES as u32),
+          requires = "policy")]
+    pub policy_frames: Option<u32>,
 }

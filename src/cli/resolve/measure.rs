@@ -1,7 +1,6 @@
 //! The measuring commands.
 
-use super::moment;
-use super::parts::{camera, cameras, threads};
+use super::parts::{camera, cameras, moment, threads};
 use crate::cli::args::{AnimateArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs, TreesFromFilesArgs};
 use crate::headless::diff::DiffCommand;
 use crate::headless::measure::{MeasureCommand, Output, TraceChoice};

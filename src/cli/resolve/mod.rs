@@ -5,12 +5,11 @@ mod parts;
 
 use std::path::PathBuf;
 
-use parts::{overlay, picture};
+use parts::{follow, moment, overlay, picture};
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, FollowArgs, InfoArgs, MergesArgs, MomentArgs, RayArgs, RenderArgs, TreeArgs};
-use crate::accel::Follow;
+use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
@@ -19,7 +18,7 @@ use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::ray::{ChosenStart, RayCommand};
 use crate::headless::tree::TreeCommand;
-use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, Times, TreeOrigin};
+use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, TreeOrigin};
 use crate::lab::ray::RayMethod;
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
@@ -28,7 +27,6 @@ use crate::scene::SceneSource;
 use crate::text::quoted;
 #[cfg(feature = "gui")]
 use crate::view::CameraChoice;
-use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -96,16 +94,6 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
         },
         follow: follow(&args.follow),
     })
-}
-
-/// A single moment.
-fn moment(args: MomentArgs) -> MomentChoice {
-    MomentChoice { times: args.time.map(Times::At), clip: args.clip }
-}
-
-fn follow(args: &FollowArgs) -> Follow {
-    let frames = args.policy_frames.unwrap_or(Follow::default().frames);
-    Follow { policy: args.policy.unwrap_or(Policy::Rebuild), frames }.normal()
 }
 
 /// The camera of a bookmark; reports where it was kept for another model.

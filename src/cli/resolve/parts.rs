@@ -1,13 +1,18 @@
 //! Parts of several commands: threads, loading, passes, camera, picture and overlay.
 
+use crate::accel::Follow;
 use crate::catalog::settings::{Given, OPTIMIZE};
-use crate::cli::args::{AroundArgs, CameraArgs, CameraParts, CamerasArgs, LoadArgs, SettingFlags};
+use crate::cli::args::{
+    AroundArgs, CameraArgs, CameraParts, CamerasArgs, FollowArgs, LoadArgs, MomentArgs, SettingFlags,
+};
 use crate::cli::values::ViewArg;
+use crate::headless::{MomentChoice, Times};
 use crate::overlay::OverlaySettings;
 use crate::overlay::rows::CONTAINERS;
 use crate::render::RenderSettings;
 use crate::scene::LoadOptions;
 use crate::view::{CameraChoice, NamedView};
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -43,6 +48,17 @@ pub fn invalid_passes(given: &Given, containers: &[ContainerKind]) -> Option<Str
         Pass::Collapse.name(),
         other.plural()
     ))
+}
+
+/// A single moment.
+pub(super) fn moment(args: MomentArgs) -> MomentChoice {
+    MomentChoice { times: args.time.map(Times::At), clip: args.clip }
+}
+
+/// How the tree of a moment follows the model.
+pub(super) fn follow(args: &FollowArgs) -> Follow {
+    let frames = args.policy_frames.unwrap_or(Follow::default().frames);
+    Follow { policy: args.policy.unwrap_or(Policy::Rebuild), frames }.normal()
 }
 
 /// The camera of a command that takes one.

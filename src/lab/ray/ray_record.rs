@@ -1,5 +1,6 @@
 //! A recorded ray.
 
+use super::crossing::Crossings;
 use super::span::{Span, Visit};
 use super::step::{RayStep, Step};
 use bvhscope_engine::geometry::Ray;
@@ -22,6 +23,8 @@ pub struct RayRecord {
     pub spans: Vec<Span>,
     /// Distance and index of the triangle that is hit: the nearest, or of an occlusion ray the first that was found.
     pub hit: Option<(f32, u32)>,
+    /// All triangles that it would hit if none ended it.
+    pub crossings: Crossings,
     /// Number of tests in all.
     pub counts: TestCounts,
     /// Cache lines that it reads of the wide tree, each once; `None` where it is traced through the binary one.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::crossing::Crossings;
 use super::ray_record::RayRecord;
 use super::recorder::Recorder;
 use super::request::{RayMethod, RayRequest};
@@ -13,6 +14,9 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::RayEvent;
 use bvhscope_engine::wide::trace::LineProbe;
+
+/// Most hits that are kept of a ray.
+const MOST_HITS: usize = 10_000;
 
 /// Traces the ray of `request` through the tree and keeps what the traversal does. Like counted rays of pictures it meets the
 /// cut-outs of textures as if they were solid, and is traced again behind hidden triangles.
@@ -34,9 +38,9 @@ pub fn record(
         Err(reason) => return Ok(Err(reason)),
     };
     let is_wide = request.method == RayMethod::Wide;
-    if is_wide {
-        accel.widen(token)?;
-    } else {
+    // All hits are sought in it whatever the traversal.
+    accel.widen(token)?;
+    if !is_wide {
         accel.compute_leaf_triangles(token)?;
     }
     let (mut recorder, nearest) = traced(&picture, request, ray);
@@ -50,7 +54,16 @@ pub fn record(
     let hit = if request.ends_at_any_hit() { any_hit(&steps) } else { nearest };
     let lines = recorder.lines.as_mut().map(LineProbe::take);
     let Recorder { counts, omitted, .. } = recorder;
-    Ok(Ok(RayRecord { ray, steps, omitted, spans: spans.finish(), hit, counts, lines }))
+    let crossings = crossings(&picture, &ray);
+    Ok(Ok(RayRecord { ray, steps, omitted, spans: spans.finish(), hit, crossings, counts, lines }))
+}
+
+/// All hits of `ray`, without those on hidden triangles.
+fn crossings(picture: &RenderRequest, ray: &Ray) -> Crossings {
+    let mut hits = Vec::new();
+    let has_more = picture.accel.wide().tree.all_hits(picture.settings.simd.level(), ray, MOST_HITS, &mut hits);
+    hits.retain(|hit| !picture.visible().is_hidden(hit.primitive_index));
+    Crossings::new(&hits, has_more, ray.direction, &picture.accel.scene.triangles)
 }
 
 /// Traces `ray` and records it. Returns the nearest hit too, where that is looked for.

@@ -273,7 +273,7 @@ mod tests {
         let of_file = list_table("", &[read]);
         assert_eq!(
             cells(&of_file, 0)[1..7],
-            ["builder: aac", "container: box", "δ: –", "ε: –", "binary tree ms: –", "spread %: –"]
+            ["builder: x.bvh (aac)", "container: box", "δ: –", "ε: –", "binary tree ms: –", "spread %: –"]
         );
         assert_eq!(cells(&table, 1)[1..5], ["builder: lbvh + hilbert + collapse", "container: box", "δ: –", "ε: –"]);
     }

@@ -140,7 +140,8 @@ impl NodeTable {
     /// First and last depth that suit the tree: where all nodes are drawn, of levels with about as many containers as can be told
     /// apart on a screen; where only leaves are, of all leaves, of which [`NodeTable::shown`] takes the largest.
     pub fn automatic_depths(&self, leaves_only: bool) -> [u32; 2] {
-        if leaves_only { self.leaf_depths().unwrap_or_default() } else { self.deepest_level(self.suits()) }
+        let counts = || self.levels.ranges.iter().map(ExactSizeIterator::len);
+        if leaves_only { self.leaf_depths().unwrap_or_default() } else { self.depths_of_few(counts()) }
     }
 
     /// Most containers that can be told apart on a screen: 200 boxes of either kind, 100 polytopes, or 60 spheres.
@@ -152,16 +153,17 @@ impl NodeTable {
         }
     }
 
-    /// The deepest level above the first one of more than `most` nodes, and as many above it as together have no more.
-    fn deepest_level(&self, most: usize) -> [u32; 2] {
-        let counts = || self.levels.ranges.iter().map(ExactSizeIterator::len);
-        let last = counts().take_while(|&count| count <= most).count().saturating_sub(1);
+    /// The deepest level above the first one with more containers than can be told apart on a screen, and as many above it as together
+    /// have no more, where each level has as many as `counts` says.
+    pub fn depths_of_few(&self, counts: impl Iterator<Item = usize>) -> [u32; 2] {
+        let most = self.suits();
+        let above: Vec<usize> = counts.take_while(|&count| count <= most).collect();
+        let last = above.len().saturating_sub(1);
         let mut in_all = 0;
         let fits = |&count: &usize| {
             in_all += count;
             in_all <= most
         };
-        let above: Vec<usize> = counts().take(last + 1).collect();
         let levels = above.into_iter().rev().take_while(fits).count();
         [(last + 1).saturating_sub(levels) as u32, last as u32]
     }

@@ -23,7 +23,7 @@ struct Sample {
     weight: f64,
 }
 
-/// What is found of a sample.
+/// The overlap of a sample.
 struct Found {
     /// Σ cost · area inside the node, over the nodes that do not hold the triangle, over its area.
     cost: f64,

@@ -13,9 +13,9 @@ use crate::render::{Exposure, Shading};
 
 pub(super) const ROWS: &[Row] = &[
     one(Action::ToggleContainers, "Containers", "Draw containers over the picture", &[(NONE, Key::B)], |state, _| {
-        flip(&mut state.preferences.show_containers);
+        state.toggle_containers();
     })
-    .switch(|state, _| Some(state.preferences.show_containers)),
+    .switch(|state, _| Some(state.shows_containers())),
     one(Action::ToggleGeometry, "Geometry", "Show the traced picture", &[(NONE, Key::N)], |state, _| {
         flip(&mut state.preferences.show_geometry);
     })

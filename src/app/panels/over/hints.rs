@@ -3,6 +3,7 @@
 
 use egui::{self, Align2, Area, CornerRadius, FontId, Frame, Id, Margin, Rect, Stroke, StrokeKind, Ui, vec2};
 
+use crate::app::commands::{Action, CompareStep};
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -16,6 +17,10 @@ enum WayOut {
     Whole,
     /// Leaves are further down.
     Depths([u32; 2]),
+    /// Other depths hold nodes that both trees have.
+    Automatic,
+    /// No depth does.
+    NotOnlyCommon,
 }
 
 /// Says so where no container is chosen, with a way out, within `rect`, the viewport's rectangle.
@@ -34,6 +39,8 @@ pub(crate) fn nothing_drawn(ui: &mut Ui, rect: Rect, state: &mut AppState) {
                         WayOut::ShowAll => state.selection.show_all(),
                         WayOut::Whole => state.wanted.render.section = None,
                         WayOut::Depths(depths) => state.wanted.overlay.depth = Some(depths),
+                        WayOut::Automatic => state.wanted.overlay.depth = None,
+                        WayOut::NotOnlyCommon => Action::Compare(CompareStep::OnlyCommon).perform(state),
                     }
                 }
             });
@@ -52,7 +59,19 @@ fn message(state: &AppState) -> Option<(String, &'static str, WayOut)> {
         return Some(("All containers at these depths are hidden.".to_owned(), "Show all", WayOut::ShowAll));
     }
     let section = shown.frame.settings.section;
-    let drawn = shown.table.drawn_depths(&state.wanted.overlay);
+    let overlay = state.overlay_of(&shown.table);
+    let drawn = shown.table.drawn_depths(&overlay);
+    if state.draws_only_common() && section.is_none() {
+        let what = if overlay.leaves_only { "leaf" } else { "container" };
+        let text = format!("No {what} at these depths is in both trees.");
+        // Automatic depths have some, unless they are those of all leaves.
+        let can_follow = state.wanted.overlay.depth.is_some() && !overlay.leaves_only;
+        return Some(if can_follow {
+            (text, "Choose other depths", WayOut::Automatic)
+        } else {
+            (text, "Show those of one tree too", WayOut::NotOnlyCommon)
+        });
+    }
     let [first, last] = shown.table.leaf_depths()?;
     let holds_leaves = drawn[0] <= last && first <= drawn[1];
     if section.is_some() && (holds_leaves || !state.wanted.overlay.leaves_only) {

@@ -22,6 +22,8 @@ const TITLE_HEIGHT: f32 = 20.0;
 const RAMP_HEIGHT: f32 = 28.0;
 /// Steps of a gradient.
 const STEPS: u16 = 48;
+/// Width of the sample of a line in points, twice that of the lines of the picture: so widths differ by whole points.
+const LINE_WIDTH: f32 = 2.5;
 /// Height of a row of swatches or of text in points.
 const LINE_HEIGHT: f32 = 18.0;
 
@@ -42,10 +44,30 @@ enum Part {
         /// sRGB colour at a position between 0 and 1.
         color: Box<dyn Fn(f32) -> [u8; 3]>,
     },
-    /// Names, each with its colours.
-    Swatches(Vec<(Vec<[u8; 3]>, String)>),
+    /// Names, each with what it stands for.
+    Swatches(Vec<(Vec<Mark>, String)>),
     /// Text, where single colours have no meaning.
     Text(String),
+}
+
+/// A sample of what is drawn in a colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Mark {
+    color: [u8; 3],
+    /// Width of a line relative to the usual one; `None` for a surface.
+    line: Option<f32>,
+}
+
+impl Mark {
+    const fn surface(color: [u8; 3]) -> Self {
+        Self { color, line: None }
+    }
+
+    /// Lines of a role, which differ by width where they do not by colour. Containers drawn by depth are white.
+    fn of_role(role: Role) -> Self {
+        let line = (role != Role::Overlap).then_some(role.width());
+        Self { color: role.color().unwrap_or([255; 3]), line }
+    }
 }
 
 impl Part {
@@ -100,14 +122,21 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
-        ("Containers".to_owned(), vec![Part::Swatches(vec![(vec![[255; 3]], drawn_nodes(state, shown, standing))])])
+        let shown = vec![(vec![Mark::of_role(Role::Shown)], drawn_nodes(state, shown, standing))];
+        ("Containers".to_owned(), vec![Part::Swatches(shown)])
     } else if nodes.colors == ColorScale::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
     } else {
         let colors = if nodes.colors == ColorScale::Planes {
-            Part::Swatches(legend.stops.into_iter().map(|(at, kind)| (vec![overlay::ramp(at)], kind)).collect())
+            Part::Swatches(
+                legend.stops.into_iter().map(|(at, kind)| (vec![Mark::surface(overlay::ramp(at))], kind)).collect(),
+            )
         } else {
-            Part::Ramp { stops: legend.stops, used: Some(legend.drawn), color: Box::new(overlay::ramp) }
+            Part::Ramp {
+                stops: legend.stops,
+                used: standing.is_none().then_some(legend.drawn),
+                color: Box::new(overlay::ramp),
+            }
         };
         (format!("Containers: {}", format::lower(legend.title)), vec![colors])
     };
@@ -126,7 +155,7 @@ type NamedRoles = Vec<(&'static [Role], &'static str)>;
 
 fn swatches(named: &NamedRoles) -> Part {
     let swatch =
-        |(roles, name): &(&[Role], &str)| (roles.iter().filter_map(|role| role.color()).collect(), (*name).to_owned());
+        |(roles, name): &(&[Role], &str)| (roles.iter().copied().map(Mark::of_role).collect(), (*name).to_owned());
     Part::Swatches(named.iter().map(swatch).collect())
 }
 
@@ -178,7 +207,7 @@ fn ray_roles(state: &AppState, table: &NodeTable) -> Option<NamedRoles> {
 
 /// The nodes whose containers are drawn, in words.
 fn drawn_nodes(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> String {
-    let [first, last] = shown.table.drawn_depths(&state.wanted.overlay);
+    let [first, last] = shown.table.drawn_depths(&state.overlay_of(&shown.table));
     if standing.is_some() && state.model.cut.wanted_cut().is_some() {
         "nodes of the cut".to_owned()
     } else if standing.is_some() {
@@ -207,7 +236,7 @@ fn survivors_legend(state: &AppState, is_before: bool) -> (String, Vec<Part>) {
     });
     let same = format!("{same}{}", kept.filter(|_| !is_before).unwrap_or_default());
     // A line each: both are too long for one.
-    let line = |(at, name)| Part::Swatches(vec![(vec![overlay::ramp(at)], name)]);
+    let line = |(at, name)| Part::Swatches(vec![(vec![Mark::surface(overlay::ramp(at))], name)]);
     (title.to_owned(), [(0.0, same), (1.0, new.to_owned())].map(line).into())
 }
 
@@ -228,7 +257,7 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
         Shading::Lit => return lines.map(|lines| LegendBox { title: "Picture: mesh".to_owned(), parts: vec![lines] }),
         Shading::Normals => {
             let axes = [("+x", [255, 128, 128]), ("+y", [128, 255, 128]), ("+z", [128, 128, 255])];
-            let swatches = axes.map(|(name, color)| (vec![color], name.to_owned()));
+            let swatches = axes.map(|(name, color)| (vec![Mark::surface(color)], name.to_owned()));
             ("Picture: surface normal".to_owned(), Part::Swatches(swatches.to_vec()))
         }
         Shading::AmbientOcclusion => {
@@ -268,7 +297,8 @@ fn difference_legend(map: &DifferenceMap) -> LegendBox {
     let all = (fewer + same + more).max(1) as f64;
     let percent = |count: u64| format::percent(count as f64 / all);
     let ends = [(-1.0, "fewer in B", fewer), (1.0, "more", more)];
-    let swatches = ends.map(|(end, name, count)| (vec![diverging(end)], format!("{name}: {}", percent(count))));
+    let swatches =
+        ends.map(|(end, name, count)| (vec![Mark::surface(diverging(end))], format!("{name}: {}", percent(count))));
     LegendBox {
         title: format!("B − A: {} per pixel", kind.counted()),
         parts: vec![ramp, Part::Swatches(swatches.to_vec())],
@@ -284,8 +314,8 @@ fn values_ramp(frame: &Frame) -> Part {
         let value = low + (high - low) * position;
         (position, format::significant(f64::from(if whole { value.round() } else { value })))
     });
-    let map = frame.settings.color_map;
-    Part::Ramp { stops: stops.to_vec(), used: None, color: Box::new(move |position| map.srgb(position)) }
+    let settings = frame.settings;
+    Part::Ramp { stops: stops.to_vec(), used: None, color: Box::new(move |position| settings.value_color(position)) }
 }
 
 fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
@@ -312,16 +342,17 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
     }
 }
 
-fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<[u8; 3]>, String)], dim: Color32) {
+fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<Mark>, String)], dim: Color32) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let mut left = place.left();
-    for (colors, name) in swatches {
-        for [r, g, b] in colors {
-            let swatch = Rect::from_center_size(pos2(left + 4.0, place.center().y), vec2(8.0, 8.0));
+    for (marks, name) in swatches {
+        for Mark { color: [r, g, b], line } in marks {
+            let size = line.map_or(vec2(8.0, 8.0), |width| vec2(12.0, LINE_WIDTH * width));
+            let swatch = Rect::from_min_size(pos2(left, place.center().y - size.y * 0.5), size);
             // The outline shows a white swatch on a light ground.
             let outline = Stroke::new(1.0, dim.gamma_multiply(0.7));
             painter.rect(swatch, CornerRadius::same(2), Color32::from_rgb(*r, *g, *b), outline, StrokeKind::Outside);
-            left += 10.0;
+            left += size.x + 2.0;
         }
         let text = painter.text(pos2(left + 2.0, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
         left = text.right() + 10.0;
@@ -355,6 +386,19 @@ fn paint_ramp(
         if left >= free_left {
             painter.galley(pos2(left, bar.bottom() + 3.0), galley, dim);
             free_left = left + width + 6.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_samples_of_all_roles_look_different() {
+        let marks = Role::ALL.map(Mark::of_role);
+        for (index, mark) in marks.iter().enumerate() {
+            assert!(!marks[..index].contains(mark), "{:?}", Role::ALL[index]);
         }
     }
 }

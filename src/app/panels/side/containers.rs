@@ -6,12 +6,12 @@ use crate::app::panels::side::control::{control, member, optional, switch};
 use crate::app::state::curve::CurveState;
 use crate::app::state::{AppState, before_passes};
 use crate::app::views::parts;
-use crate::app::widgets::{Header, SliderSpec, check, more, row, section, slider};
+use crate::app::widgets::{DropDown, Header, SliderSpec, check, more, row, section, slider};
 use crate::app::{format, theme};
 use crate::catalog::metrics::Source;
-use crate::catalog::settings::{Setting, Settings as _};
+use crate::catalog::settings::{Setting, Settings as _, Value};
 use crate::overlay::rows::{COLOR_BY, CONTAINERS, DEPTH, FACES, LEAVES, OVERLAP, PARENTS};
-use crate::overlay::{ColorBy, OverlaySettings};
+use crate::overlay::{ColorBy, ContainerSet, OverlaySettings};
 use bvhscope_engine::tree::ContainerKind;
 
 /// Settings that have a place of their own; all others are listed among those that are folded away.
@@ -38,13 +38,15 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
                 control(ui, row, &mut state.wanted.overlay);
                 optional(ui, row, &mut state.wanted.overlay, automatic);
             }
+            more_kinds(ui, state);
             curve(ui, state);
         });
         let shown = !state.drawn_kinds().is_empty();
         let (drawn, wanted) = state.layout.graphics.overlay_counts();
         let color = theme::palette(ui);
-        let (text, color) = if !state.preferences.show_containers {
-            ("Containers are off: B shows them".to_owned(), color.dim)
+        let (text, color) = if !state.shows_containers() {
+            let over = if state.preferences.show_containers { " over the difference" } else { "" };
+            (format!("Containers are off{over}: B shows them"), color.dim)
         } else if !shown {
             ("No kind of container is chosen".to_owned(), color.dim)
         } else if state.colors_by(ColorBy::Survival) && has_no_other(state) {
@@ -53,7 +55,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             let drawn = format::count(drawn as u64);
             (format!("{drawn} of {} shown: the largest on screen", format::count(wanted as u64)), color.warning)
         } else if wanted == 0 && state.layout.graphics.shown.is_some() {
-            ("No containers at this depth".to_owned(), color.dim)
+            let those = if state.draws_only_common() { " that both trees have" } else { "" };
+            (format!("No containers at this depth{those}"), color.dim)
         } else {
             return;
         };
@@ -87,37 +90,63 @@ fn has_no_other(state: &AppState) -> bool {
     state.wanted.second.is_none() && state.presented_tree().is_some_and(|accel| before_passes(&accel).is_none())
 }
 
-/// Which kinds of containers are drawn: those of the tree, until one is chosen by hand.
+/// The containers that are drawn: those of the tree's kind, until one is chosen by hand.
+#[derive(Clone, Copy, PartialEq)]
+enum Drawn {
+    AsTree,
+    One(ContainerKind),
+    /// None, or several at once.
+    Several,
+}
+
+/// Which kind of containers is drawn, one of them by a click.
 fn kinds(ui: &mut Ui, state: &mut AppState) {
+    let overlay = &mut state.wanted.overlay;
+    let Value::Any { options, .. } = &CONTAINERS.value else { return };
+    let options = options();
+    let only = ContainerKind::WITH_ORIENTED.into_iter().find(|kind| ContainerSet::of(*kind) == overlay.containers);
+    let mut drawn = match only {
+        _ if overlay.follows_tree => Drawn::AsTree,
+        Some(kind) => Drawn::One(kind),
+        None => Drawn::Several,
+    };
+    let as_tree = (Drawn::AsTree, "As the tree", "Draw what the tree is built of, also after that changes");
+    let several = (drawn == Drawn::Several).then(|| {
+        let name = if overlay.containers.is_empty() { "None" } else { "Several" };
+        (Drawn::Several, name, "Those that are chosen below More")
+    });
+    let each = ContainerKind::WITH_ORIENTED.into_iter().zip(&options);
+    let each = each.map(|(kind, option)| (Drawn::One(kind), option.label, option.tip.as_str()));
+    let choices: Vec<_> = std::iter::once(as_tree).chain(each).chain(several).collect();
+    if DropDown::new(CONTAINERS.label, &choices).explained().row(ui, CONTAINERS.tip, &mut drawn) {
+        match drawn {
+            Drawn::AsTree => overlay.follows_tree = true,
+            Drawn::One(kind) => *overlay = overlay.with_kinds(ContainerSet::of(kind)),
+            Drawn::Several => {}
+        }
+    }
+}
+
+/// Several kinds at once, and what else is drawn of containers.
+fn more_kinds(ui: &mut Ui, state: &mut AppState) {
     let own = state.container_kind();
     let overlay = &mut state.wanted.overlay;
-    row(ui, CONTAINERS.label, CONTAINERS.tip, |ui| {
+    row(ui, "Kinds", "Draw several kinds of containers at once", |ui| {
         ui.vertical(|ui| {
             let mut chosen = overlay.spelt_out(own);
             let before = chosen.containers;
-            ui.horizontal(|ui| {
-                for kind in [ContainerKind::Aabb, ContainerKind::Sphere] {
-                    member(ui, &CONTAINERS, &mut chosen, kind as usize);
-                }
-            });
-            // A narrow panel stays as it is where there is one more kind.
-            ui.horizontal_wrapped(|ui| {
-                member(ui, &CONTAINERS, &mut chosen, ContainerKind::Dop14 as usize);
-                if own == ContainerKind::Oriented || before.contains(ContainerKind::Oriented) {
-                    member(ui, &CONTAINERS, &mut chosen, ContainerKind::Oriented as usize);
-                }
-                if chosen.containers != before {
-                    *overlay = chosen;
-                }
-                let tip = "Draw what the tree is built of, also after that changes";
-                check(ui, &mut overlay.follows_tree, "As tree", tip);
-            });
-            for setting in [&FACES, &OVERLAP] {
-                switch(ui, setting, overlay);
+            for pair in ContainerKind::WITH_ORIENTED.chunks(2) {
+                ui.horizontal(|ui| pair.iter().for_each(|kind| member(ui, &CONTAINERS, &mut chosen, *kind as usize)));
+            }
+            if chosen.containers != before {
+                *overlay = chosen;
             }
         })
         .response
     });
+    for setting in [&FACES, &OVERLAP] {
+        control(ui, setting, overlay);
+    }
 }
 
 /// Shows the rows.

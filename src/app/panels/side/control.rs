@@ -66,7 +66,7 @@ pub(crate) fn choose<T: Settings>(
     let options = options();
     let offered = options.iter().enumerate().filter(|(at, option)| *at == index || is_offered(option));
     let choices: Vec<_> = offered.map(|(at, option)| (at, option.label, option.tip.as_str())).collect();
-    if DropDown::new(setting.label, &choices).row(ui, setting.tip, &mut index) {
+    if DropDown::new(setting.label, &choices).explained().row(ui, setting.tip, &mut index) {
         set(settings, index);
     }
 }

@@ -7,13 +7,14 @@ use egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Ui, W
 use bvhscope_engine::settings::{BuildSettings, Pass};
 use bvhscope_engine::tree::statistics::INTERSECTION_COST;
 
+use crate::accel::Accel;
 use crate::app::state::comparison::Comparison;
 use crate::app::state::{AppState, PROGRESS_DELAY, Presented};
 use crate::app::widgets::{Tip as _, copies, difference, tip_with_hint};
 use crate::app::{format, theme};
 use crate::catalog::numbers::rows::{BUILD_MS, MRAYS_PER_S, SAH_COST, TESTS_PER_ENTERING_RAY};
 use crate::catalog::numbers::{Number, millions_per_second};
-use crate::catalog::reading::Times;
+use crate::catalog::reading::{EnteringReading, Times};
 use crate::catalog::terms::{self, Term};
 
 /// Height of a tile in points.
@@ -171,6 +172,16 @@ fn reused_stages(shown: &Presented) -> Option<String> {
     (count > 0).then(|| format!("{} reused", format::counted(count, "stage")))
 }
 
+/// The tests of a ray, estimated until they are counted.
+fn tests_text(accel: &Accel) -> String {
+    let text = |counts: EnteringReading| format::significant(f64::from(counts.tests));
+    match (accel.entering(), accel.entering_estimate()) {
+        (Some(counts), _) => text(counts),
+        (None, Some(estimate)) => format!("≈ {}", text(estimate)),
+        (None, None) => "…".to_owned(),
+    }
+}
+
 #[expect(clippy::too_many_lines, reason = "a list of tiles")]
 fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
     let report = shown.map(|shown| &shown.accel.report);
@@ -181,13 +192,13 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
         Some(Some(times)) => format::duration_parts(milliseconds(times.ms)),
     };
     let sah = report.map(|report| format::significant(f64::from(report.stats.sah_cost)));
-    let tests = shown.and_then(|shown| shown.accel.entering()).map(|counts| counts.tests);
     let speed = shown.and_then(|shown| shown.numbers().value(MRAYS_PER_S)).map(format::significant);
     let unknown = || "…".to_owned();
     let other = state.model.second.as_ref();
     let of_second = |quantity: &'static Number| {
         other.map(|other| other.numbers().value(quantity).map_or_else(unknown, format::significant))
     };
+    let tests = |shown: &Presented| tests_text(&shown.accel);
     // Both times in the unit of the first.
     let second_build = other.zip(times.flatten()).map(|(other, first)| {
         let scale = format::duration_scale(milliseconds(first.ms));
@@ -220,11 +231,11 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
         Tile {
             quantity: TESTS_PER_ENTERING_RAY,
             name: "Tests per ray",
-            number: tests.map_or_else(unknown, |tests| format::significant(f64::from(tests))),
-            second: of_second(TESTS_PER_ENTERING_RAY),
+            number: shown.map_or_else(unknown, tests),
+            second: other.map(tests),
             unit: "",
             remark: None,
-            tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels from the model's default camera: the same in every window. Section Trace has the mean of this picture. Lower is better"
+            tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels from the model's default camera: the same in every window; at first an estimate by fewer rays. Section Trace has the mean of this picture. Lower is better"
                 .to_owned(),
             term: &terms::TESTS_PER_RAY,
         },

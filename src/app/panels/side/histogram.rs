@@ -121,12 +121,11 @@ fn bars(ui: &mut Ui, state: &AppState, histogram: &Histogram, low: &mut f32, hig
     let most = histogram.bins.iter().copied().max().unwrap_or(1).max(1) as f32;
     let plot = Rect::from_min_max(rect.min + vec2(4.0, 4.0), rect.max - vec2(4.0, 16.0));
     let step = plot.width() / BINS as f32;
-    let map = state.wanted.render.color_map;
     for (bin, count) in histogram.bins.iter().enumerate() {
         // Logarithmic, so that the few expensive pixels stay visible.
         let height = (1.0 + *count as f32).ln() / (1.0 + most).ln();
         let value = (bin as f32 + 0.5) / BINS as f32 * histogram.top;
-        let [r, g, b] = map.srgb((value - *low) / (*high - *low).max(1e-6));
+        let [r, g, b] = state.wanted.render.value_color((value - *low) / (*high - *low).max(1e-6));
         let left = plot.left() + bin as f32 * step;
         let bar = Rect::from_min_max(
             pos2(left, plot.bottom() - height * plot.height()),

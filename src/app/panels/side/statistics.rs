@@ -10,12 +10,13 @@ use egui::{self, CornerRadius, Id, Rect, Role, Sense, Shape, Stroke, Ui, WidgetI
 use crate::accel::FileTree;
 use crate::app::panels::side::findings;
 use crate::app::state::comparison::{Comparison, Verdict};
-use crate::app::state::{AppState, Presented};
+use crate::app::state::{AppState, Derived, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
 use crate::catalog::numbers::{Direction, NUMBERS, Number, Section};
 use crate::catalog::terms;
 use crate::scene::Scene;
+use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::settings::BuilderKind;
 
 /// Height of the curve of annealing in points.
@@ -84,6 +85,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     if scene.mesh_count > 1 {
         statistic(ui, state, &Statistic::new("Meshes", format::count(scene.mesh_count as u64)));
     }
+    surface_rows(ui, state, scene);
     statistic(ui, state, &Statistic::new("Materials", format::count(scene.materials.len() as u64)));
     if !scene.textures.is_empty() {
         statistic(ui, state, &Statistic::new("Textures", format::count(scene.image_count() as u64)));
@@ -97,6 +99,41 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
                 ui.add(egui::Label::new(warning.to_string()).wrap());
             }
         });
+    }
+}
+
+/// Whether the surface of the scene is closed, manifold and consistently oriented.
+fn surface_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
+    let edges = scene.known_edges();
+    let is_large = scene.triangles.len() > Derived::MOST_EDGES_AT_ONCE && !state.model.derived.counts_edges;
+    if edges.is_none() && is_large {
+        let tip = "Find out whether the model is closed, manifold and consistently oriented: takes a second for a million triangles";
+        state.model.derived.counts_edges = ui.link("Count open edges").tip(tip).clicked();
+        return;
+    }
+    let value = |count: fn(&Edges) -> usize, otherwise: &str| match edges.map(count) {
+        None => "…".to_owned(),
+        Some(0) => format!("none: {otherwise}"),
+        Some(count) => format::count(count as u64),
+    };
+    for (name, value, tip) in [
+        (
+            "Open edges",
+            value(|edges| edges.open, "closed"),
+            "Edges of an odd number of triangles, mostly of one. Without any the model is closed: it has an inside",
+        ),
+        (
+            "Shared edges",
+            value(|edges| edges.shared_by_many, "manifold"),
+            "Edges of more than two triangles. Without any the surface is a manifold, of which each place has two sides",
+        ),
+        (
+            "Turned edges",
+            value(|edges| edges.turned, "oriented"),
+            "Edges at which one triangle shows its front and the other its back. Without any all fronts are on one side",
+        ),
+    ] {
+        statistic(ui, state, &Statistic::new(name, value).tip(tip));
     }
 }
 

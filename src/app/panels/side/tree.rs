@@ -2,15 +2,18 @@
 
 use std::path::Path;
 
-use bvhscope_engine::settings::BuildSettings;
-use egui::{Button, Checkbox, Grid, Label, RadioButton, RichText, Ui};
+use bvhscope_engine::settings::{BuildSettings, Pass};
+use bvhscope_engine::tree::ContainerKind;
+use egui::{Button, Checkbox, Label, RadioButton, RichText, Role, Ui, WidgetInfo};
 
 use crate::app::commands::{Action, CompareStep};
 use crate::app::panels::side::control::control;
 use crate::app::state::{AppState, TreeSide};
-use crate::app::widgets::{DropDown, Header, SliderSpec, Tip as _, check, chip, row, section, slider};
+use crate::app::widgets::{
+    DropDown, Header, SliderSpec, Tip as _, check, chip, explained, row, section, several, slider,
+};
 use crate::app::{format, theme};
-use crate::catalog::settings::{Choice, SETTINGS, Setting, Value};
+use crate::catalog::settings::{CONTAINER, Choice, SETTINGS, Setting, Value, container_sentence};
 use crate::text::file_name;
 
 /// Index of the present value of a setting.
@@ -46,8 +49,10 @@ fn second_tree(ui: &mut Ui, state: &mut AppState) {
         }
         return;
     };
+    // In the place of the button, so that nothing below moves.
     row(ui, "Settings of", "The tree whose settings are below (4)", |ui| {
         ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
             for side in TreeSide::ALL {
                 let name = format!("Tree {}", side.name());
                 let tip = format!("Show and change the settings of tree {} (4)", side.name());
@@ -55,23 +60,27 @@ fn second_tree(ui: &mut Ui, state: &mut AppState) {
                     state.layout.edited_tree = side;
                 }
             }
+            ui.menu_button("Both", |ui| both_trees(ui, state, second.only_common))
+                .response
+                .tip("Copy, exchange and remove the trees; draw what they have in common");
         })
         .response
     });
-    ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().button_padding.x = 5.0;
-        for (step, label, tip) in [
-            (CompareStep::Copy, "Copy A to B", "Give tree B the settings of tree A"),
-            (CompareStep::Swap, "Swap", "Exchange the settings of the two trees"),
-            (CompareStep::Toggle, "Remove B", "Remove tree B and free its memory (Ctrl+2)"),
-        ] {
-            let action = Action::Compare(step);
-            if action.is_enabled(state) && ui.button(label).tip(tip).clicked() {
-                action.perform(state);
-            }
+}
+
+/// The menu of what concerns both trees.
+fn both_trees(ui: &mut Ui, state: &mut AppState, mut only_common: bool) {
+    for (step, label, tip) in [
+        (CompareStep::Copy, "Copy A to B", "Give tree B the settings of tree A"),
+        (CompareStep::Swap, "Swap", "Exchange the settings of the two trees"),
+        (CompareStep::Toggle, "Remove B", "Remove tree B and free its memory (Ctrl+2)"),
+    ] {
+        let action = Action::Compare(step);
+        if ui.add_enabled(action.is_enabled(state), Button::new(label)).tip(tip).clicked() {
+            action.perform(state);
+            ui.close();
         }
-    });
-    let mut only_common = second.only_common;
+    }
     let tip = "Draw only the containers that both trees have: those with the same triangles below";
     if check(ui, &mut only_common, "Only common containers", tip) {
         Action::Compare(CompareStep::OnlyCommon).perform(state);
@@ -102,9 +111,9 @@ fn setting(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
         return;
     }
     match &setting.value {
-        Value::One { options, get, set } if fit_a_row(&options()) => radio(ui, state, setting, &options(), *get, *set),
+        _ if setting == &CONTAINER => container(ui, state),
         Value::One { options, get, set } => list(ui, state, setting, &options(), *get, *set),
-        Value::Any { .. } => checks(ui, state, setting),
+        Value::Any { .. } => passes(ui, state, setting),
         _ => control(ui, setting, state.edited_build_mut()),
     }
 }
@@ -129,24 +138,23 @@ fn list(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice]
     }
 }
 
-/// The names of all `options` fit side by side, where one click chooses.
-fn fit_a_row(options: &[Choice]) -> bool {
-    const LETTERS: usize = 16;
-    options.iter().map(|option| option.label.len()).sum::<usize>() <= LETTERS
-}
-
-fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice], get: Get, set: Set) {
-    row(ui, setting.label, setting.tip, |ui| {
-        ui.horizontal(|ui| {
+/// The containers of the finished tree, where one click chooses. Oriented boxes are those of a pass over a tree of boxes.
+fn container(ui: &mut Ui, state: &mut AppState) {
+    let chosen = state.edited_build().tree_container();
+    row(ui, CONTAINER.label, CONTAINER.tip, |ui| {
+        ui.horizontal_wrapped(|ui| {
             // The names of three containers fit into the panel at its default width.
             (ui.spacing_mut().item_spacing.x, ui.spacing_mut().icon_spacing) = (4.0, 2.0);
-            for (index, option) in options.iter().enumerate() {
-                let refusal = refusal(state, |build| set(build, index));
-                let button = RadioButton::new(get(state.edited_build()) == Some(index), option.label);
-                let response = ui.add_enabled(refusal.is_none(), button);
-                let response = response.disabled_tip(refusal.unwrap_or_default());
+            for kind in ContainerKind::WITH_ORIENTED {
+                let of_kind = |build: &BuildSettings| {
+                    let optimize = build.optimize.without(Pass::Orient);
+                    BuildSettings { optimize, ..*build }.for_container(kind)
+                };
+                let refusal = refusal(state, |build| *build = of_kind(build));
+                let response = ui.add_enabled(refusal.is_none(), RadioButton::new(chosen == kind, kind.label()));
+                let response = response.tip(container_sentence(kind)).disabled_tip(refusal.unwrap_or_default());
                 if response.clicked() {
-                    set(state.edited_build_mut(), index);
+                    *state.edited_build_mut() = of_kind(state.edited_build());
                 }
             }
         })
@@ -154,25 +162,28 @@ fn radio(ui: &mut Ui, state: &mut AppState, setting: &Setting, options: &[Choice
     });
 }
 
-fn checks(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
+/// The passes in a list, each with what it does. That which makes oriented boxes is among the containers.
+fn passes(ui: &mut Ui, state: &mut AppState, setting: &Setting) {
     let Value::Any { options, get, set, refusal, .. } = &setting.value else { return };
+    let options = options();
+    let listed = || options.iter().enumerate().filter(|(_, option)| option.name != Pass::Orient.name());
+    let build = state.edited_build_mut();
+    let on: Vec<&str> = listed().filter(|(index, _)| get(build, *index)).map(|(_, option)| option.label).collect();
+    let chosen = if on.is_empty() { "none".to_owned() } else { on.join(", ") };
     row(ui, setting.label, setting.tip, |ui| {
         let checks = |ui: &mut Ui| {
-            for (index, option) in options().iter().enumerate() {
-                let build = state.edited_build_mut();
+            for (index, option) in listed() {
                 let mut on = get(build, index);
                 let refused = refusal(build, index);
-                let response = ui.add_enabled(refused.is_none(), Checkbox::new(&mut on, option.label));
-                let response = response.tip(&option.tip).disabled_tip(refused.unwrap_or_default());
-                if response.changed() {
+                let text = explained(ui, option.label, &option.tip);
+                let response = ui.add_enabled(refused.is_none(), Checkbox::new(&mut on, text));
+                response.widget_info(|| WidgetInfo::selected(Role::CheckBox, refused.is_none(), on, option.label));
+                if response.disabled_tip(refused.unwrap_or_default()).changed() {
                     set(build, index, on);
-                }
-                if index % 2 == 1 {
-                    ui.end_row();
                 }
             }
         };
-        Grid::new(setting.key).num_columns(2).show(ui, checks).response
+        several(ui, setting.label, &chosen, checks)
     });
 }
 

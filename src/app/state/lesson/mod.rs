@@ -64,7 +64,7 @@ impl Reading {
             && shown.frame.settings.shading == state.wanted.render.shading
             && shown.frame.camera == *camera
             && (state.has_own_view() || state.wanted.camera == *camera);
-        if same && let Some(numbers) = Numbers::of(shown) {
+        if same && let Some(numbers) = Numbers::of(shown, state.has_own_view()) {
             self.measured[self.step] = Some(numbers);
         }
     }

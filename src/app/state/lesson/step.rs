@@ -99,14 +99,21 @@ impl Numbers {
         ("levels", "depth of the deepest node"),
         ("sah", "SAH cost of the tree"),
         ("build", "build time"),
-        ("containers", "container tests per primary ray"),
-        ("primitives", "triangle tests per primary ray"),
-        ("tests", "container and triangle tests per primary ray"),
+        ("containers", "container tests per ray"),
+        ("primitives", "triangle tests per ray"),
+        ("tests", "container and triangle tests per ray"),
     ];
 
-    /// The numbers of what is presented; `None` until its tests are counted.
-    pub fn of(shown: &Presented) -> Option<Self> {
-        let [containers, primitives] = shown.tests_per_ray?.map(f64::from);
+    /// The numbers of what is presented; `None` until its tests are counted. In the model's own view, which the headline's is of too, tests
+    /// are those of the headline, else those of the picture.
+    pub fn of(shown: &Presented, is_own_view: bool) -> Option<Self> {
+        let accel = &shown.accel;
+        let [containers, primitives] = if is_own_view {
+            let counts = accel.entering().or(accel.entering_estimate())?;
+            [counts.container_tests, counts.tests - counts.container_tests].map(f64::from)
+        } else {
+            shown.tests_per_ray?.map(f64::from)
+        };
         let report = &shown.accel.report;
         let stats = &report.stats;
         let count = |value: u64| (value as f64, format::count(value));

@@ -14,7 +14,7 @@ const WINDOWS: [u32; 4] = [100_000, 10_000, 1_000, 100];
 
 /// Shows the controls.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
-    let containers = state.preferences.show_containers;
+    let containers = state.shows_containers();
     let merges = &mut state.model.cut;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;

@@ -1,6 +1,7 @@
 //! The view "Ray": one ray through the tree, step by step.
 
 mod events;
+mod hits;
 mod strip;
 mod toolbar;
 mod transport;
@@ -10,7 +11,7 @@ use std::sync::Arc;
 use egui::{Key, Layout, Rect, RichText, Ui, UiBuilder, vec2};
 
 use crate::accel::Accel;
-use crate::app::state::{AppState, PictureRay, RayOutcome, ViewState};
+use crate::app::state::{AppState, PictureRay, Presented, RayOutcome, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::theme;
 use crate::app::views::View;
@@ -19,8 +20,8 @@ use crate::lab::ray::{RayRecord, Step, record};
 
 /// Width of the list of steps in points.
 const EVENTS_WIDTH: f32 = 330.0;
-/// Width of the stack in points.
-const STACK_WIDTH: f32 = 150.0;
+/// Width of the stack and the list of hits in points.
+const STACK_WIDTH: f32 = 180.0;
 /// Least width of the strip: below it the stack is left out, then the steps.
 const MIN_STRIP: f32 = 260.0;
 /// Gap between two columns in points.
@@ -88,7 +89,7 @@ fn show(ui: &mut Ui, state: &mut AppState) {
             transport::totals(ui, state, &shown, record);
             let second = second_record(state);
             let second = second.as_deref().and_then(|second| second.as_ref().ok());
-            ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, record, second));
+            ui.add_enabled_ui(is_of_tree, |ui| columns(ui, state, &shown, (record, second)));
             if is_of_tree {
                 light_up(state, record);
             }
@@ -122,8 +123,8 @@ fn second_record(state: &AppState) -> Option<Arc<RayOutcome>> {
     state.model.ray.second.get(&accel, &request).cloned()
 }
 
-/// The strip, or those of both trees, the steps and the stack side by side.
-fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord, second: Option<&RayRecord>) {
+/// The strip, or those of both trees, the steps, and the stack over all hits side by side.
+fn columns(ui: &mut Ui, state: &mut AppState, shown: &Presented, (record, second): (&RayRecord, Option<&RayRecord>)) {
     let all = ui.available_rect_before_wrap();
     let with_events = all.width() >= MIN_STRIP + EVENTS_WIDTH + GAP;
     let with_stack = all.width() >= MIN_STRIP + EVENTS_WIDTH + STACK_WIDTH + 2.0 * GAP;
@@ -144,7 +145,9 @@ fn columns(ui: &mut Ui, state: &mut AppState, record: &RayRecord, second: Option
         within(ui, rect, "ray steps", |ui| events::show(ui, state, record));
     }
     if let Some(rect) = stack_rect {
-        within(ui, rect, "ray stack", |ui| events::stack(ui, state, record));
+        let (stack, hits) = rect.split_top_bottom_at_fraction(0.5);
+        within(ui, stack, "ray stack", |ui| events::stack(ui, state, record));
+        within(ui, hits, "ray hits", |ui| hits::show(ui, state, shown, record));
     }
     ui.allocate_rect(all.intersect(ui.max_rect()), egui::Sense::hover());
 }

@@ -17,10 +17,14 @@ use crate::lab::ray::{RayRecord, RayStep, Span, Visit};
 const AXIS: f32 = 16.0;
 /// Smallest and largest height of a row in points.
 const ROW: [f32; 2] = [2.0, 16.0];
+/// Height of the line above the strip of one of two trees in points.
+const CAPTION: f32 = 14.0;
 /// Gap between two strips in points.
 const GAP: f32 = 4.0;
 /// Distance of the lines of a hatch in points.
 const HATCH: f32 = 5.0;
+/// Length of the mark of each hit on the axis in points.
+const HIT_MARK: f32 = 6.0;
 /// Opacity of what lies ahead of the present step.
 const AHEAD: f32 = 0.35;
 /// Most containers that are painted.
@@ -78,22 +82,21 @@ impl Scale {
 
 /// Shows the strips of the same ray in the first and in the second tree, one below the other, with what it costs in each.
 pub(super) fn show_both(ui: &mut Ui, state: &mut AppState, records: [&RayRecord; 2]) {
-    let half = vec2(ui.available_width(), ui.available_height() * 0.5 - GAP * 0.5);
-    let top = ui.cursor().min;
+    let half = vec2(ui.available_width(), ui.available_height() * 0.5 - GAP * 0.5 - CAPTION);
+    caption(ui, "A", records[0]);
     show(ui, state, records[0], half);
-    caption(ui, Rect::from_min_size(top, half), "A", records[0]);
     ui.add_space(GAP);
+    caption(ui, "B", records[1]);
     show_second(ui, state, records, half);
 }
 
-/// The letter of a tree and the tests of the ray in it, in the corner of its strip.
-fn caption(ui: &Ui, rect: Rect, tree: &str, record: &RayRecord) {
-    let palette = theme::palette(ui);
+/// The letter of a tree and the tests of the ray in it, above its strip, in which containers may be anywhere.
+fn caption(ui: &mut Ui, tree: &str, record: &RayRecord) {
     let text = format!("{tree}: {}", transport::tests(record.counts));
-    let galley = ui.painter().layout_no_wrap(text, FontId::proportional(theme::HEADING_SIZE), palette.text);
-    let place = Align2::RIGHT_TOP.anchor_size(rect.right_top() + vec2(-4.0, 2.0), galley.size());
-    ui.painter().rect_filled(place.expand(2.0), CornerRadius::same(3), palette.veil);
-    ui.painter().galley(place.min, galley, palette.text);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), CAPTION), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    let font = FontId::proportional(theme::HEADING_SIZE);
+    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, &text, font, theme::palette(ui).dim);
 }
 
 /// The strip of the ray in the second tree, of the same part as that in the first.
@@ -107,7 +110,6 @@ fn show_second(ui: &mut Ui, state: &mut AppState, [first, record]: [&RayRecord; 
     // The steps of A say nothing of those of B: all are shown.
     let last = record.steps.len().saturating_sub(1);
     paint(&ui.painter().with_clip_rect(rect), &scale, record, last, &palette);
-    caption(ui, rect, "B", record);
     let pointed = response.hover_pos().and_then(|at| span_at(&scale, record, at));
     if let Some(span) = pointed {
         state.selection.second.hovered = Some(span.tree_node);
@@ -228,6 +230,10 @@ fn paint(painter: &Painter, scale: &Scale, record: &RayRecord, cursor: usize, pa
     }
     let rows = scale.rows.y_range();
     let in_view = |t: &f32| (scale.t[0]..=scale.t[1]).contains(t);
+    for crossing in record.crossings.hits.iter().take(MOST_SPANS).filter(|crossing| in_view(&crossing.t)) {
+        let bottom = Rangef::new(scale.rows.bottom() - HIT_MARK, scale.rows.bottom());
+        painter.vline(scale.x(crossing.t), bottom, Stroke::new(1.0, palette.dim));
+    }
     if let Some((t, _)) = record.hit.filter(|(t, _)| in_view(t)) {
         painter.vline(scale.x(t), rows, Stroke::new(1.5, palette.text));
     }
@@ -293,11 +299,17 @@ fn axis(painter: &Painter, scale: &Scale, record: &RayRecord, present: Option<f3
     let font = FontId::proportional(theme::HEADING_SIZE);
     let y = scale.rows.bottom() + AXIS * 0.5;
     let mut taken: Vec<Rangef> = Vec::new();
-    let hit = record.hit.filter(|(t, _)| (scale.t[0]..=scale.t[1]).contains(t));
-    let hit = hit.map(|(t, _)| (t, format!("hit {}", format::significant(t.into())), palette.text));
-    let present = present.map(|t| (t, format::significant(t.into()), palette.warm));
-    let ends = scale.t.map(|t| Some((t, format::significant(t.into()), palette.dim)));
-    for (t, text, color) in [hit, present].into_iter().chain(ends).flatten() {
+    let hit = record.hit.map(|(t, _)| t).filter(|t| (scale.t[0]..=scale.t[1]).contains(t));
+    let [from, to] = scale.t;
+    let labels = [
+        (hit, "hit ", palette.text),
+        (present, "", palette.warm),
+        (Some(from), "", palette.dim),
+        (Some(to), "", palette.dim),
+    ];
+    let distances: Vec<f64> = labels.iter().filter_map(|(t, ..)| t.map(f64::from)).collect();
+    for (t, prefix, color) in labels.into_iter().filter_map(|(t, prefix, color)| Some((t?, prefix, color))) {
+        let text = format!("{prefix}{}", format::told_apart(t.into(), &distances));
         let galley = painter.layout_no_wrap(text, font.clone(), color);
         let half = galley.size().x * 0.5;
         let x = scale.x(t).clamp(scale.rows.left() + half, (scale.rows.right() - half).max(scale.rows.left() + half));

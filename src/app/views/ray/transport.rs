@@ -5,6 +5,7 @@
 use egui::{self, Button, EventFilter, Key, Label, Modifiers, Response, RichText, Slider, TextStyle, Ui, WidgetInfo};
 
 use super::events::step_text;
+use super::hits;
 use crate::app::state::{AppState, PictureRay, Presented, RaySource, SPEEDS};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
@@ -99,13 +100,13 @@ fn speed(ui: &mut Ui, state: &mut AppState) {
 fn side_view(ui: &mut Ui, state: &mut AppState, shown: &Presented, record: &RayRecord) {
     let tip = "Turn the view so that the ray crosses it from left to right: a ray from the eye is seen as a point";
     if button(ui, "Side view", true, tip).clicked() {
-        let (bounds, up) = (shown.accel.scene.bounds, state.model.up());
+        let (bounds, up, aspect) = (shown.accel.scene.bounds, state.model.up(), state.layout.aspect());
         let direction = record.ray.direction.normalize_or(glam::Vec3::X);
         let side = direction.cross(up).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
         let camera = &mut state.wanted.camera;
         (camera.up, camera.target) = (up, bounds.center());
         camera.eye = bounds.center() + (side + up * 0.25).normalize();
-        camera.frame(&bounds);
+        camera.frame_in(&bounds, aspect);
     }
 }
 
@@ -170,7 +171,9 @@ pub(super) fn totals(ui: &mut Ui, state: &AppState, shown: &Presented, record: &
         let [all, of_nodes] = [lines.nodes + lines.triangles, lines.nodes].map(format::count);
         format!("{all} cache lines read, {of_nodes} of nodes; ")
     });
-    let all = format!("In all {counts}; {lines}{visited} visited, {wasted} wasted, {skipped} skipped; {hit}");
+    let passage = hits::passage(&record.crossings, state.model.edges());
+    let all =
+        format!("In all {counts}; {lines}{visited} visited, {wasted} wasted, {skipped} skipped; {hit}; {passage}");
     // The picture's counts are those of its own traversal of the binary tree, by primary rays.
     let ray = &state.model.ray;
     let is_like = ray.kind == RayKind::Primary && ray.method == RayMethod::Binary(shown.frame.settings.traversal);

@@ -1,4 +1,4 @@
-//! Legends below pictures whose colours stand for numbers: quantity, unit and range.
+//! Legends below saved pictures whose colours stand for numbers: quantity, unit and range.
 
 use image::imageops::thumbnail;
 use image::{Rgb, RgbImage};
@@ -29,7 +29,7 @@ const MAX_UNIT: u32 = 4;
 
 /// A row of a legend.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Key {
+pub struct Key {
     /// The quantity with its unit and range.
     title: String,
     colors: Colors,
@@ -43,25 +43,35 @@ enum Colors {
     Named(Vec<([u8; 3], String)>),
 }
 
+/// The legends of what the colours of a picture stand for: those of its values, else those of the containers over it. Without
+/// `geometry` the traced picture is left out.
+pub fn of_picture(frame: &Frame, geometry: bool, containers: Option<(&NodeTable, &Shown)>) -> Vec<Key> {
+    let of_values = of_values(frame).filter(|_| geometry);
+    let is_neutral = geometry && frame.settings.shading.is_coded();
+    let containers = containers.filter(|(_, shown)| !is_neutral && !shown.nodes.is_empty());
+    let of_containers = containers.map(|(table, shown)| of_containers(table, shown));
+    of_values.into_iter().chain(of_containers).collect()
+}
+
 /// The legend of a picture in a mode whose colours stand for numbers.
-pub(super) fn of_values(frame: &Frame) -> Option<Key> {
+fn of_values(frame: &Frame) -> Option<Key> {
     let [low, high] = frame.value_range;
     let quantity = match frame.settings.shading {
         Shading::Heat(kind) => format!("{} of each ray", capitalized(kind.counted())),
         Shading::Depth => "Distance from the observer, in units of the model".to_owned(),
         _ => return None,
     };
-    let color = |at: f32| frame.settings.color_map.srgb(at);
+    let color = |at: f32| frame.settings.value_color(at);
     Some(numbers(&quantity, [low, high], color))
 }
 
 /// The legend of the difference of two heat maps, whose colours span `limit` in both directions.
-pub(super) fn of_difference(limit: f32) -> Key {
+pub fn of_difference(limit: f32) -> Key {
     numbers("Tests of each ray: B minus A", [-limit, limit], |at| diverging(at * 2.0 - 1.0))
 }
 
 /// The legend of the containers `shown` of `table`.
-pub(super) fn of_containers(table: &NodeTable, shown: &Shown) -> Key {
+pub fn of_containers(table: &NodeTable, shown: &Shown) -> Key {
     let legend = overlay::legend(shown);
     let [first, last] = shown.levels;
     if let ColorScale::Metric(scale) = &shown.colors
@@ -85,7 +95,7 @@ pub(super) fn of_containers(table: &NodeTable, shown: &Shown) -> Key {
 
 /// The legend of what lights up at a step of a construction.
 #[cfg(feature = "gui")]
-pub(super) fn of_merge(title: String) -> Key {
+pub fn of_merge(title: String) -> Key {
     let named =
         [(Role::Selected, "made by this merge"), (Role::FirstChild, "merged, first"), (Role::SecondChild, "second")];
     let named = named.into_iter().filter_map(|(role, name)| Some((role.color()?, name.to_owned())));
@@ -108,28 +118,28 @@ fn capitalized(text: &str) -> String {
 
 impl Key {
     /// The quantity with its unit and range.
-    pub(super) fn title(&self) -> &str {
+    pub fn title(&self) -> &str {
         &self.title
     }
 }
 
 /// Whether a picture has a legend: as `asked` for, by default where it is wide enough.
-pub(super) fn is_wanted(asked: Option<bool>, width_px: u32) -> bool {
+pub fn is_wanted(asked: Option<bool>, width_px: u32) -> bool {
     asked.unwrap_or(width_px >= NARROWEST)
 }
 
 /// Pixels in a unit of the legend: larger pictures have larger letters.
-pub(super) fn unit(width_px: u32) -> u32 {
+pub fn unit(width_px: u32) -> u32 {
     (width_px / 800).clamp(1, MAX_UNIT)
 }
 
 /// Height in pixels of a legend of `count` keys below a picture.
-pub(super) fn height_px(width_px: u32, count: usize) -> u32 {
+pub fn height_px(width_px: u32, count: usize) -> u32 {
     HEIGHT * unit(width_px) * count as u32
 }
 
 /// Appends a legend below the pixels of a picture, and returns the new height.
-pub(super) fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &[Key], background: Background) -> u32 {
+pub fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &[Key], background: Background) -> u32 {
     let (added, unit) = (height_px(width, keys.len()), unit(width));
     // Letters are placed at whole pixels, so that small ones are drawn larger and reduced.
     let finer = MAX_UNIT / unit;
@@ -146,7 +156,7 @@ pub(super) fn append(rgba: &mut Vec<[u8; 4]>, [width, height]: [u32; 2], keys: &
 }
 
 /// Draws the keys below each other, by a unit in pixels, and all letters `lower` pixels lower than the backend puts them.
-pub(super) fn draw<B: DrawingBackend>(
+pub fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     keys: &[Key],
     background: Background,
