@@ -9,14 +9,14 @@ use crate::support::process::wait_until;
 
 /// The viewport's upper left corner there.
 const CORNER: [u32; 2] = [248, 29];
-/// The threshold's handle at its default.
-const HANDLE_AT_6: [i32; 2] = [1138, 163];
+/// The right half of the threshold's handle at its default, so that pressing it moves it a little.
+const HANDLE_AT_6: [i32; 2] = [1137, 187];
 /// Around the handle, which looks different while it is held.
-const HANDLE: [usize; 4] = [1128, 153, 1149, 174];
+const HANDLE: [usize; 4] = [1124, 177, 1145, 198];
 /// To the right of the slider, where it gives its largest value, and far below, so that no tip covers the number.
 const BEYOND_THE_SLIDER: [i32; 2] = [1253, 700];
 /// The number next to the slider.
-const THRESHOLD_NUMBER: [usize; 4] = [1217, 154, 1267, 173];
+const THRESHOLD_NUMBER: [usize; 4] = [1217, 178, 1267, 197];
 /// The value of the SAH cost in the headline.
 const SAH_COST: [usize; 4] = [133, 66, 220, 90];
 
