@@ -120,6 +120,7 @@ install: dist
 	install -Dm644 assets/bvhscope_tree.h "$(INSTALLED)/include/bvhscope_tree.h"
 	install -Dm644 -t "$(INSTALLED)/share/bvhscope" assets/bvhscope_tree.py assets/convert_tree.py
 	install -Dm644 docs/tree-file.md "$(INSTALLED)/share/doc/bvhscope/tree-file.md"
+	install -Dm644 docs/ray-file.md "$(INSTALLED)/share/doc/bvhscope/ray-file.md"
 	install -Dm644 LICENSE-MIT "$(INSTALLED)/share/doc/bvhscope/LICENSE-MIT"
 	install -Dm644 LICENSE-APACHE "$(INSTALLED)/share/doc/bvhscope/LICENSE-APACHE"
 	install -Dm644 assets/debian/copyright "$(INSTALLED)/share/doc/bvhscope/copyright"

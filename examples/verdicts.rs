@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rounds = arguments.next().map_or(Ok(51), |text| text.parse())?;
     let source = SceneSource::parse(model.as_ref())?;
     let scene = std::sync::Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new())?);
-    let subject = Subject { model, scene, trees: Vec::new(), load: LoadOptions::default() };
+    let subject = Subject { model, scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
     let base = BuildSettings::default();
     for (name, other) in [("itself", base), ("another threshold", BuildSettings { threshold, ..base })] {
         let factors: Vec<Factor> = (0..RUNS).filter_map(|_| factor(&subject, [base, other], rounds)).collect();

@@ -23,6 +23,7 @@
 //! | [`worker`] | a background thread of which only the latest request counts | what the work is | [`worker::Worker`] |
 //! | [`camera`], [`view`] | primary rays, the matching matrix, named views | scenes, trees | [`camera::Camera`] |
 //! | [`scene`] | model files and built-in models into triangles and materials | trees, cameras, pixels | [`scene::load()`] |
+//! | [`ray_file`] | files of rays, read in chunks and written | trees, pixels | [`ray_file::RayReader`] |
 //! | [`section`] | the plane that cuts picture and overlay open | everything else | [`section::SectionPlane`] |
 //! | [`accel`] | a scene's tree and wide tree with their build report | pixels, windows | [`accel::Accel::build`] |
 //! | [`visibility`] | hidden nodes of a tree and the triangles hidden with them | pixels | [`visibility::TriangleSet`] |
@@ -86,6 +87,8 @@ pub mod camera;
 pub mod view;
 
 pub mod scene;
+
+pub mod ray_file;
 
 pub mod section;
 

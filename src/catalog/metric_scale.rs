@@ -50,6 +50,8 @@ impl MetricScale {
             Scale::Logarithmic => value.max(f32::MIN_POSITIVE).log2(),
         };
         let [low, high] = self.ends.map(along);
+        // As where the ends are fitted; also of what is no number.
+        let value = if let Ends::Fitting(least) = self.metric.ends { value.max(least) } else { value };
         if high > low { ((along(value) - low) / (high - low)).clamp(0.0, 1.0) } else { 0.5 }
     }
 }
@@ -73,6 +75,7 @@ mod tests {
         assert_eq!(fitting(AREA, &[]).ends, [0.0, 1.0]);
         assert_eq!(fitting(AREA, &[0.3, 0.3]).position(0.3), 1.0, "nearly equal values are no range of their own");
         assert_eq!(fitting(REGRET, &[1e-9, 0.1]).ends, [1e-5, 0.1], "the least savings look alike");
+        assert_eq!(fitting(REGRET, &[1e-9, 0.1]).position(f32::NAN), 0.0, "and nodes without any");
         let depths = fitting(DEPTH, &[4.0]);
         assert_eq!(
             [0.0, 1.0, 4.0, 16.0].map(|depth| depths.position(depth)),

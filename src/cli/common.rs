@@ -48,6 +48,9 @@ impl<'a> Common<'a> {
             Some(CommandArgs::Ray(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }
+            Some(CommandArgs::Rays(args)) => {
+                Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
+            }
             Some(CommandArgs::Tree(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }

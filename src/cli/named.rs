@@ -1,5 +1,7 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
+use std::path::PathBuf;
+
 use crate::lab::population::{Population, Populations};
 use crate::lab::report_table::TableFormat;
 use crate::render::{Background, Light, RayKind};
@@ -118,19 +120,36 @@ pub fn containers_help(before: &str, after: &str) -> String {
     format!("{before}{}{after}", any_of(&container_names()))
 }
 
-/// Parses a comma-separated list of populations of rays, `none` or `all`.
-pub fn populations(text: &str) -> Result<Populations, String> {
-    match text {
-        "none" => Ok(Populations::NONE),
-        "all" => Ok(Populations::ALL),
-        _ => text.split(',').try_fold(Populations::NONE, |list, name| Ok(list.with(named(name)?))),
-    }
+/// The rays that a command measures.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rays {
+    /// Their populations.
+    pub populations: Populations,
+    /// The file of those of a file; `-` is standard input.
+    pub file: Option<PathBuf>,
 }
 
-/// A help text with the names that [`populations`] takes.
-pub fn populations_help(before: &str) -> String {
+/// Parses a comma-separated list of populations of rays, `none` or `all`, and a file: a name with a point or a slash in it, or `-`.
+pub fn rays(text: &str) -> Result<Rays, String> {
+    let mut rays = Rays::default();
+    for name in text.split(',').filter(|_| text != "none") {
+        if name == "all" {
+            rays.populations = Population::ALL.into_iter().fold(rays.populations, Populations::with);
+        } else if !(name == "-" || name.contains(['.', '/', '\\'])) {
+            rays.populations = rays.populations.with(named(name)?);
+        } else if let Some(first) = rays.file.replace(name.into()) {
+            return Err(format!("a list has one file of rays, and these are {} and {name}", first.display()));
+        } else {
+            rays.populations = rays.populations.with(Population::File);
+        }
+    }
+    Ok(rays)
+}
+
+/// A help text with the names that [`rays`] takes.
+pub fn rays_help(before: &str) -> String {
     let names = names(Population::VALUES).join(", ");
-    format!("{before}a list of {names}, separated by commas, or all [default: none]")
+    format!("{before}a list of {names} or all, and a file of rays, separated by commas [default: none]")
 }
 
 /// Policies of a tree that follows a model; all that apply where none is named.
@@ -196,10 +215,16 @@ mod tests {
         assert_eq!(containers("all").unwrap().0, ContainerKind::WITH_ORIENTED);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
         let some = Populations::NONE.with(Population::Random).with(Population::Primary);
-        assert_eq!(populations("random,primary"), Ok(some));
-        assert_eq!((populations("all"), populations("none")), (Ok(Populations::ALL), Ok(Populations::NONE)));
+        let of = |populations, file: Option<&str>| Ok(Rays { populations, file: file.map(PathBuf::from) });
+        assert_eq!(rays("random,primary"), of(some, None));
+        assert_eq!((rays("all"), rays("none")), (of(Populations::ALL, None), of(Populations::NONE, None)));
+        let file = Populations::NONE.with(Population::File);
+        assert_eq!(rays("random,a.rays,primary"), of(some.with(Population::File), Some("a.rays")));
+        assert_eq!((rays("-"), rays("./a")), (of(file, Some("-")), of(file, Some("./a"))));
+        assert_eq!(rays("a.rays,all"), of(Populations::ALL.with(Population::File), Some("a.rays")));
+        assert!(rays("a.rays,b.rays").unwrap_err().contains("one file"));
         let names = "one of primary, shadow, ao, bounce, random is expected";
-        assert_eq!(populations("primary,photons").unwrap_err(), names);
+        assert_eq!(rays("primary,photons").unwrap_err(), names);
         assert_eq!(policies("rebuild,refit,rebuild").unwrap().0, [Policy::Rebuild, Policy::Refit]);
         assert!(policies("all").unwrap().0.is_empty());
         let names =

@@ -11,6 +11,7 @@ use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
 use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
+use super::rays::read_rays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::budget::Budget;
@@ -69,6 +70,8 @@ pub struct DiffCommand {
     pub labels: Vec<String>,
     /// Rays by which they are compared too.
     pub populations: Populations,
+    /// A file of rays by which they are compared; `-` is standard input.
+    pub ray_file: Option<PathBuf>,
     /// How the numbers are printed, and files for both rows.
     pub rows: Output,
 }
@@ -107,6 +110,7 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let files = command.trees.iter().filter_map(|tree| if let DiffTree::File(path) = tree { Some(path) } else { None });
     read.add_read(command.source.path());
     read.add_read(files);
+    read.add_read(command.ray_file.as_deref());
     read.add_standard_streams();
     check(command, &read)?;
     let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
@@ -115,9 +119,11 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     check_files(command, &read)?;
     let view = command.trace.view(&command.camera, &scene, command.populations)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
-    let warned = has_faults || !scene.warnings.is_empty();
+    let rays = read_rays(command.ray_file.as_deref(), &scene, &context.token)?;
+    let has_bad_rays = rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
+    let warned = has_faults || has_bad_rays || !scene.warnings.is_empty();
     let load = context.load.clone();
-    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new(), load };
+    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new(), rays, load };
     let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
     let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
     drop(progress);

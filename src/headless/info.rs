@@ -9,6 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
+use super::rays::read_rays;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
@@ -21,7 +22,7 @@ use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
-use crate::lab::population::{MeasuredRays, MeasuredVisits, Populations, ViewRays, few_entering};
+use crate::lab::population::{MeasuredRays, MeasuredVisits, Population, Populations, ViewRays, few_entering};
 use crate::lab::report_table::{depth_table, number};
 use crate::lab::{Conditions, ViewConditions};
 use crate::render::RenderSettings;
@@ -31,6 +32,7 @@ use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
+use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree_file::write_corners;
 
 /// Settings of `info`.
@@ -46,6 +48,8 @@ pub struct InfoCommand {
     pub triangles: Option<PathBuf>,
     /// Rays by which the visits of the nodes are counted.
     pub rays: Populations,
+    /// A file of rays by which they are counted, too; `-` is standard input.
+    pub ray_file: Option<PathBuf>,
     /// Number of samples of which the end-point overlap is estimated; exact without.
     pub epo_samples: Option<usize>,
     /// The view that the rays belong to.
@@ -163,7 +167,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     check_follow(command.follow, &command.build, &command.moments)?;
     let mut read = Protected::default();
-    read.add_read(command.source.path().into_iter().chain(command.tree.path()));
+    read.add_read(command.source.path().into_iter().chain(command.tree.path()).chain(command.ray_file.as_deref()));
     read.add_standard_streams();
     if let Some(path) = &command.triangles {
         check_target(path, &read)?;
@@ -178,7 +182,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     let camera = camera_of(&command.camera, &scene)?;
     let found = in_pool(|| Found::of(command, &scene, &camera, &context.token))?;
     drop(progress);
-    let has_faults = note_faults(&found.accel);
+    let has_faults = note_faults(&found.accel) || found.has_bad_rays;
     for VisitNumbers { sums, .. } in &found.populations {
         let entering = sums.entering_rays.unwrap_or(sums.rays).into();
         if let Some(few) = few_entering(sums.population.name(), entering, sums.rays.into()) {
@@ -216,6 +220,8 @@ struct Found {
     findings: Vec<Finding>,
     populations: Vec<VisitNumbers>,
     by_depth: Vec<Depth>,
+    /// Whether rays of a file were skipped.
+    has_bad_rays: bool,
 }
 
 impl Found {
@@ -227,21 +233,24 @@ impl Found {
         let epo = accel.epo(command.epo_samples, token)?;
         let mut findings = diagnose_scene(scene, token)?;
         findings.extend(diagnose_tree(&accel, epo));
+        let file = read_rays(command.ray_file.as_deref(), scene, token)?;
         let visits_of = |population| {
-            let rays = ViewRays::new(population, *camera, VIEW_PX, &RenderSettings::default());
+            let rays = ViewRays::new(population, *camera, VIEW_PX, &RenderSettings::default()).with_file(file.clone());
             let MeasuredVisits { visits, sums } = rays.measure(&accel, token)?;
             Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
         };
         let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
+        let has_bad_rays = file.is_some_and(|file| !file.faults.is_empty());
         let visits = populations.iter().map(|of| (of.sums.population, &of.node_visits[..]));
         let by_depth = by_depth(&accel, visits, token)?;
-        Ok(Self { accel, edges: scene.compute_edges(token)?, findings, populations, by_depth })
+        Ok(Self { accel, edges: scene.compute_edges(token)?, findings, populations, by_depth, has_bad_rays })
     }
 
     /// The same as the object that is printed.
     fn info(self, command: &InfoCommand, scene: &Scene, camera: &Camera) -> Info {
-        let Self { accel, edges, findings, populations, by_depth } = self;
-        let has_rays = command.rays != Populations::NONE;
+        let Self { accel, edges, findings, populations, by_depth, .. } = self;
+        // Those of a file are no view's.
+        let has_rays = Population::ALL.into_iter().any(|population| command.rays.has(population));
         let attributes = scene.attributes.as_ref();
         let triangles = scene.triangles.len();
         Info {

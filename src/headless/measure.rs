@@ -9,6 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::MomentChoice;
 use super::picture::note_written;
 use super::progress::Progress;
+use super::rays::read_rays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
@@ -29,7 +30,7 @@ use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 
-/// The name that stands for standard output.
+/// The name that stands for standard output, and for standard input.
 const STDOUT: &str = "-";
 
 /// Output options of a measuring command.
@@ -113,6 +114,8 @@ pub struct MeasureCommand {
     pub trace: TraceChoice,
     /// Rays whose cost is measured too.
     pub populations: Populations,
+    /// A file of rays whose cost is measured too; `-` is standard input.
+    pub ray_file: Option<PathBuf>,
     /// Output options.
     pub output: Output,
 }
@@ -125,12 +128,19 @@ impl MeasureCommand {
         let whole = || paths.iter().any(is_namesake).then(|| shown_path(path));
         self.labels.get(index).cloned().or_else(whole)
     }
+
+    /// Why the file of rays cannot be used.
+    fn ray_file_refusal(&self) -> Option<&'static str> {
+        let path = self.ray_file.as_ref()?;
+        (path.as_os_str() == STDOUT && self.sources.len() > 1)
+            .then_some("--rays -: standard input is read once: name one model, or a file")
+    }
 }
 
 /// Measures one model after another. Of several models none may be missing; one that cannot be used is reported and skipped, and
 /// the command fails at the end. Rows measured before an early end are still printed and written.
 pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
-    if let Some(text) = command.job.refusal() {
+    if let Some(text) = command.job.refusal().or_else(|| command.ray_file_refusal().map(ToOwned::to_owned)) {
         return Err(Failure::Usage(text));
     }
     if command.labels.len() > command.trees.len() {
@@ -149,7 +159,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     }
     let mut read = Protected::default();
     read.add_read(command.sources.iter().filter_map(SceneSource::path));
-    read.add_read(&command.trees);
+    read.add_read(command.trees.iter().chain(&command.ray_file));
     read.add_standard_streams();
     check_outputs(&command.output, &read)?;
     let mut run = Run { command, rows: Vec::new(), read, finished: Finished::default(), output_failure: None };
@@ -282,7 +292,9 @@ impl Run<'_> {
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
         let views = views(command, &scene).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
-        let subject = Subject { model: source.to_string(), scene, trees, load: context.load.clone() };
+        let rays = read_rays(command.ray_file.as_deref(), &scene, &context.token)?;
+        self.finished.warned |= rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
+        let subject = Subject { model: source.to_string(), scene, trees, rays, load: context.load.clone() };
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv_file().is_some() || command.output.plot.is_some();

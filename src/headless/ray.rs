@@ -1,5 +1,6 @@
 //! `ray`: every step of one ray through the tree, as a table or as JSON.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -8,6 +9,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::progress::Progress;
+use super::rays::nth_ray;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
@@ -19,17 +21,20 @@ use crate::lab::{Conditions, ViewConditions};
 use crate::render::{RayKind, RayStart, RenderSettings};
 use crate::scene::{SceneSource, from_file, to_file};
 use crate::section::SectionChoice;
+use crate::text::shown_path;
 use crate::view::CameraChoice;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Where a ray comes from, before the model is loaded.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ChosenStart {
     /// A pixel of the picture.
     Pixel([u32; 2]),
     /// A point in the coordinates of the file, and a direction of length 1.
     Given(DVec3, Vec3),
+    /// The ray of a file with this number.
+    OfFile(PathBuf, u64),
 }
 
 /// Settings of `ray`.
@@ -71,11 +76,12 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     check_follow(command.follow, &command.build, &command.moments)?;
     let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     let request = RayRequest {
-        start: match command.start {
-            ChosenStart::Pixel(pixel) => RayStart::Pixel(pixel),
+        start: match &command.start {
+            ChosenStart::Pixel(pixel) => RayStart::Pixel(*pixel),
             ChosenStart::Given(origin, direction) => {
-                RayStart::Given(Ray::new(from_file(origin, scene.offset), direction))
+                RayStart::Given(Ray::new(from_file(*origin, scene.offset), *direction))
             }
+            ChosenStart::OfFile(path, number) => RayStart::Given(nth_ray(path, *number, &scene, &context.token)?),
         },
         kind: command.kind,
         method: command.method,
@@ -112,9 +118,10 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
 /// "shadow ray of pixel 3,4".
 fn ray_name(command: &RayCommand) -> String {
     let kind = command.kind.name();
-    match command.start {
+    match &command.start {
         ChosenStart::Pixel([x, y]) => format!("{kind} ray of pixel {x},{y}"),
         ChosenStart::Given(..) => format!("{kind} ray"),
+        ChosenStart::OfFile(path, number) => format!("ray {number} of {}", shown_path(path)),
     }
 }
 

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::population::Population;
 use super::setup::{Contender, Subject, TraceView};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings::written;
@@ -106,7 +107,11 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
     flag("size", Some(&format!("{}x{}", view.size[0], view.size[1])));
     flag("traversal", Some(view.traversal.name()));
     flag("repeat", Some(&view.repeat.to_string()));
-    let rays: Vec<&str> = view.populations.iter().map(super::population::Population::name).collect();
+    let name = |population: Population| match &subject.rays {
+        Some(file) if population == Population::File => file.path.display().to_string(),
+        _ => population.name().to_owned(),
+    };
+    let rays: Vec<String> = view.populations.iter().map(name).collect();
     if !rays.is_empty() {
         flag("rays", Some(&rays.join(",")));
     }

@@ -148,7 +148,7 @@ fn try_once(
             epo: accel.epo(view.epo_samples, &token.part(2, 3))?,
             hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
             wide: WideReading::of(accel.wide()),
-            populations: populations(&accel, view, token)?,
+            populations: populations(subject, &accel, view, token)?,
         })
     } else {
         None
@@ -163,10 +163,15 @@ fn try_once(
 }
 
 /// Cost of the rays of each wanted population.
-fn populations(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Vec<MeasuredRays>, Cancelled> {
+fn populations(
+    subject: &Subject,
+    accel: &Arc<Accel>,
+    view: &TraceView,
+    token: &CancelToken,
+) -> Result<Vec<MeasuredRays>, Cancelled> {
     let settings = request(accel, view).settings;
     let of = |population| {
-        let rays = ViewRays::new(population, view.camera, view.size, &settings);
+        let rays = subject.rays_of(population, view, &settings);
         // Progress is that of the repetition.
         let token = token.part(2, 3);
         rays.measure(accel, &token).map(|measured| measured.sums)
@@ -229,7 +234,8 @@ mod tests {
             populations: Populations::ALL,
             epo_samples: None,
         };
-        let subject = Subject { model: source.to_string(), scene, trees: Vec::new(), load: LoadOptions::default() };
+        let subject =
+            Subject { model: source.to_string(), scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
         let setups = ContainerKind::OF_PAPER.map(|container| Setup {
             build: BuildSettings::preset(Preset::Fast, container),
             preset: None,

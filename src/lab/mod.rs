@@ -41,6 +41,7 @@ pub mod node_ranking;
 
 pub mod plot;
 pub mod ray;
+pub mod ray_check;
 pub mod report_table;
 pub mod rows;
 pub mod verdict;

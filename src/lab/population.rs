@@ -9,13 +9,14 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
 use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::traverse::Traversal;
-use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_visits};
+use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_weighted_visits};
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::ray_file::{FileRay, RaySet};
 use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
 use crate::scene::Scene;
 use crate::text::count;
@@ -41,16 +42,24 @@ pub enum Population {
     Bounce,
     /// Random, unoccluded lines through the root: what the surface area heuristic assumes.
     Random,
+    /// Those of a file.
+    File,
 }
 
 impl Population {
-    /// All, in the order of menus.
+    /// Those of a view or of a tree, in the order of menus.
     pub const ALL: [Self; 5] = [Self::Primary, Self::Shadow, Self::AmbientOcclusion, Self::Bounce, Self::Random];
+
+    /// Those that rows may have, in the order of columns.
+    pub fn of_rows() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain([Self::File])
+    }
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self.kind() {
             Some(kind) => kind.name(),
+            None if matches!(self, Self::File) => "file",
             None => "random",
         }
     }
@@ -59,6 +68,7 @@ impl Population {
     pub const fn label(self) -> &'static str {
         match self.kind() {
             Some(kind) => kind.label(),
+            None if matches!(self, Self::File) => "Ray file",
             None => "Random lines",
         }
     }
@@ -72,24 +82,30 @@ impl Population {
                 "Rays from the surfaces in view into their surroundings, a quarter of the model far, up to the first hit"
             }
             Self::Bounce => "Rays from the surfaces in view in random directions, up to the next surface",
+            Self::File => "Rays of a file",
             Self::Random => "Random, unoccluded lines through the root: what the SAH assumes of all rays",
         }
     }
 
-    /// The rays of pictures that it consists of; `None` for random lines.
+    /// The rays of pictures that it consists of; `None` for random lines and files.
     pub const fn kind(self) -> Option<RayKind> {
         match self {
             Self::Primary => Some(RayKind::Primary),
             Self::Shadow => Some(RayKind::Shadow),
             Self::AmbientOcclusion => Some(RayKind::AmbientOcclusion),
             Self::Bounce => Some(RayKind::Bounce),
-            Self::Random => None,
+            Self::Random | Self::File => None,
         }
     }
 
     /// Whether the rays are the same in all trees of a scene: random lines go through the root of each.
     pub const fn is_same_in_all_trees(self) -> bool {
         !matches!(self, Self::Random)
+    }
+
+    /// True for rays that any hit ends.
+    pub fn ends_at_any_hit(self) -> bool {
+        self.kind().is_some_and(RayKind::ends_at_any_hit)
     }
 
     /// Why a view has no such rays.
@@ -121,7 +137,7 @@ pub struct Populations(u8);
 impl Populations {
     /// None.
     pub const NONE: Self = Self(0);
-    /// All.
+    /// All but those of a file.
     pub const ALL: Self = Self((1 << Population::ALL.len()) - 1);
 
     /// This set with another population.
@@ -130,9 +146,14 @@ impl Populations {
         Self(self.0 | 1 << population as u8)
     }
 
-    /// The populations, in the order of [`Population::ALL`].
+    /// Whether `population` is among them.
+    pub const fn has(self, population: Population) -> bool {
+        self.0 >> population as u8 & 1 != 0
+    }
+
+    /// The populations, in the order of [`Population::of_rows`].
     pub fn iter(self) -> impl Iterator<Item = Population> {
-        Population::ALL.into_iter().filter(move |&population| self.0 >> population as u8 & 1 != 0)
+        Population::of_rows().filter(move |&population| self.has(population))
     }
 }
 
@@ -144,9 +165,9 @@ impl fmt::Display for Populations {
     }
 }
 
-/// Rays of one population: at most one for each of 256 × 256 squares of a view, through or from the surface at its centre, or as many
-/// random lines. Equal ones are the same rays in every tree of a scene; random lines go through the root of each.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Rays of one population: at most one for each of 256 × 256 squares of a view, through or from the surface at its centre, as many random
+/// lines, or those of a file. Equal ones are the same rays in every tree of a scene; random lines go through the root of each.
+#[derive(Debug, Clone)]
 pub struct ViewRays {
     population: Population,
     camera: Camera,
@@ -155,6 +176,16 @@ pub struct ViewRays {
     /// The settings of the picture that decide its rays.
     settings: RenderSettings,
     traversal: Traversal,
+    /// The rays of the population [`Population::File`].
+    file: Option<Arc<RaySet>>,
+}
+
+impl PartialEq for ViewRays {
+    fn eq(&self, other: &Self) -> bool {
+        let parts =
+            |rays: &Self| (rays.population, rays.camera, rays.columns, rays.rows, rays.settings, rays.traversal);
+        parts(self) == parts(other) && self.file().map(Arc::as_ptr) == other.file().map(Arc::as_ptr)
+    }
 }
 
 impl ViewRays {
@@ -164,26 +195,61 @@ impl ViewRays {
         let scale = (f64::from(MOST_RAYS) / f64::from(width.max(height))).min(1.0);
         let [columns, rows] = [width, height].map(|side| ((f64::from(side) * scale) as u32).max(1));
         let (relevant, traversal) = (settings.of_rays(), settings.traversal);
-        Self { population, camera, columns, rows, settings: relevant, traversal }.of(population)
+        Self { population, camera, columns, rows, settings: relevant, traversal, file: None }.of(population)
     }
 
-    /// The rays of another population of the same view. Of random lines there is no way back to a view.
+    /// With the rays of a file as the population [`Population::File`], which has none without.
+    #[must_use]
+    pub fn with_file(self, file: Option<Arc<RaySet>>) -> Self {
+        Self { file, ..self }
+    }
+
+    /// The rays of another population of the same view. Of random lines and rays of a file there is no way back to a view.
     #[must_use]
     pub fn of(self, population: Population) -> Self {
+        let traversal = self.traversal;
         let rays = Self { population, ..self };
-        if population == Population::Random { rays.without_view() } else { rays }
+        match population {
+            Population::Random => rays.without_view(Traversal::Paper),
+            Population::File => rays.without_view(traversal),
+            _ => rays,
+        }
     }
 
-    /// The same random lines for every view.
-    fn without_view(self) -> Self {
+    /// The same rays for every view.
+    fn without_view(self, traversal: Traversal) -> Self {
         Self {
             camera: Camera::framing(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, Vec3::Y),
             columns: MOST_RAYS,
             rows: MOST_RAYS,
             settings: RenderSettings { simd: self.settings.simd, ..RenderSettings::default() },
-            traversal: Traversal::Paper,
+            traversal,
             ..self
         }
+    }
+
+    /// The file, where its rays are these.
+    fn file(&self) -> Option<&Arc<RaySet>> {
+        self.file.as_ref().filter(|_| self.population == Population::File)
+    }
+
+    /// Through at least `count` squares of the view, or so many random lines.
+    #[must_use]
+    pub fn with_squares(self, count: u32) -> Self {
+        let (columns, rows) = if self.population == Population::Random {
+            (count, 1)
+        } else {
+            let columns = (f64::from(count) * f64::from(self.columns) / f64::from(self.rows)).sqrt().ceil();
+            let columns = (columns as u32).max(1);
+            (columns, count.div_ceil(columns).max(1))
+        };
+        Self { columns, rows, ..self }
+    }
+
+    /// The column and row of the square that a primary ray goes through, by its place in [`ViewRays::list`].
+    pub fn square_of(&self, index: usize) -> Option<[u32; 2]> {
+        let index = (self.population == Population::Primary).then_some(index as u32)?;
+        Some([index % self.columns, index / self.columns])
     }
 
     /// The population.
@@ -198,6 +264,9 @@ impl ViewRays {
 
     /// The rays through `accel`, in a fixed order.
     pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<Ray>, Cancelled> {
+        if self.population == Population::File {
+            return Ok(self.file().map_or_else(Vec::new, |file| file.rays.iter().map(|ray| ray.ray).collect()));
+        }
         let Some(kind) = self.population.kind() else { return Ok(self.random_lines(&accel.tree)) };
         let picture = RenderRequest::new(accel, self.camera, self.settings, [self.columns, self.rows]);
         rays_of_picture(&picture, kind, token)
@@ -218,7 +287,8 @@ impl ViewRays {
         self.visits(&accel.scene, &accel.tree, accel.compute_leaf_triangles(token)?, &rays, &token.part(1, 2))
     }
 
-    /// The visits of the nodes of `tree`, one of `scene`, by `rays` of this population. `leaf_triangles` are in leaf order.
+    /// The visits of the nodes of `tree`, one of `scene`, by `rays`, which are those of [`ViewRays::list`]. A ray of a file counts as many
+    /// times as rays it stands for, and as a shadow ray where it is one. `leaf_triangles` are in leaf order.
     pub fn visits(
         &self,
         scene: &Scene,
@@ -227,35 +297,67 @@ impl ViewRays {
         rays: &[Ray],
         token: &CancelToken,
     ) -> Result<MeasuredVisits, Cancelled> {
-        let (population, query) = (self.population, self.population.query(self.traversal));
-        let beside: Vec<Ray> = rays.iter().filter(|ray| !scene.is_entered_by(ray)).copied().collect();
-        let [of_all, of_beside] = [token.part(0, 2), token.part(1, 2)];
-        with_tree!(tree, tree => {
-            let visits_of = |rays: &[Ray], token: &CancelToken| {
-                let ray = |index: u32| rays[index as usize];
-                measure_visits(tree, leaf_triangles, rays.len() as u32, ray, query, token)
-            };
-            let visits = visits_of(rays, &of_all)?;
-            // Spheres and trees from files have roots that such rays enter, too.
-            let tests_beside = tests(tree, &visits_of(&beside, &of_beside)?);
-            let all_tests = tests(tree, &visits);
-            let entering = rays.len() - beside.len();
-            let mean = |tests: u64, rays: usize| (rays > 0).then(|| tests as f64 / rays as f64);
-            let (sum, predicted_visits) = visits.sums(tree, token)?;
-            let sums = MeasuredRays {
-                population,
-                rays: visits.rays,
-                entering_rays: Some(entering as u32),
-                root_hits: visits.root_hits(),
-                visits: sum,
-                predicted_visits,
-                cost: visits.cost(tree, token)?,
-                tests_per_ray: mean(all_tests, rays.len()),
-                tests_per_entering_ray: mean(all_tests - tests_beside, entering),
-            };
-            Ok(MeasuredVisits { visits: Arc::new(visits), sums })
-        })
+        let query = self.population.query(self.traversal);
+        let weighted = self.file().map(|file| (file, weight_scale(&file.rays)));
+        let ray = |index: u32| {
+            let ray = rays[index as usize];
+            let Some((file, scale)) = weighted else { return (ray, query, 1) };
+            let FileRay { any, weight, .. } = file.rays[index as usize];
+            // Paper order does not end at any hit.
+            let ends = any && self.traversal == Traversal::Ordered;
+            let query = if ends { RayQuery::AnyHit } else { RayQuery::ClosestHit(self.traversal) };
+            (ray, query, (f64::from(weight) * scale).round() as u32)
+        };
+        measured(self.population, (scene, tree, leaf_triangles), (rays.len() as u32, &ray), token)
     }
+}
+
+/// Sum that weights with fractions are scaled to, so that visits are whole numbers.
+const SCALED_SUM: f64 = (1_u32 << 30) as f64;
+
+/// The factor that makes weights of rays whole numbers, whose sum a count of visits holds.
+fn weight_scale(rays: &[FileRay]) -> f64 {
+    let sum: f64 = rays.iter().map(|ray| f64::from(ray.weight)).sum();
+    let is_whole = sum <= f64::from(u32::MAX) && rays.iter().all(|ray| ray.weight.fract() == 0.0);
+    if is_whole { 1.0 } else { SCALED_SUM / sum }
+}
+
+/// A ray by its index, with its purpose and the number of rays that it stands for.
+type WeightedRay<'a> = &'a (dyn Fn(u32) -> (Ray, RayQuery, u32) + Sync);
+
+/// The visits of the nodes of a tree of a scene, whose triangles are in leaf order, by a number of rays.
+fn measured(
+    population: Population,
+    (scene, tree, leaf_triangles): (&Scene, &AnyTree, &[Triangle]),
+    (count, ray): (u32, WeightedRay<'_>),
+    token: &CancelToken,
+) -> Result<MeasuredVisits, Cancelled> {
+    let beside = |index: u32| {
+        let (ray, query, weight) = ray(index);
+        (ray, query, if scene.is_entered_by(&ray) { 0 } else { weight })
+    };
+    let [of_all, of_beside] = [token.part(0, 2), token.part(1, 2)];
+    with_tree!(tree, tree => {
+        let visits = measure_weighted_visits(tree, leaf_triangles, count, ray, &of_all)?;
+        // Spheres and trees from files have roots that such rays enter, too.
+        let beside = measure_weighted_visits(tree, leaf_triangles, count, beside, &of_beside)?;
+        let (all_tests, tests_beside) = (tests(tree, &visits), tests(tree, &beside));
+        let entering = visits.rays - beside.rays;
+        let mean = |tests: u64, rays: u32| (rays > 0).then(|| tests as f64 / f64::from(rays));
+        let (sum, predicted_visits) = visits.sums(tree, token)?;
+        let sums = MeasuredRays {
+            population,
+            rays: visits.rays,
+            entering_rays: Some(entering),
+            root_hits: visits.root_hits(),
+            visits: sum,
+            predicted_visits,
+            cost: visits.cost(tree, token)?,
+            tests_per_ray: mean(all_tests, visits.rays),
+            tests_per_entering_ray: mean(all_tests - tests_beside, entering),
+        };
+        Ok(MeasuredVisits { visits: Arc::new(visits), sums })
+    })
 }
 
 /// Visits of the nodes of a tree by the rays of a population, with their sums.

@@ -94,7 +94,7 @@ impl Correlation {
         for view in model_views(rows) {
             let of_model: Vec<Measurement> = rows.iter().filter(|row| row.view() == view).cloned().collect();
             for container in ContainerKind::WITH_ORIENTED {
-                all.extend(Population::ALL.into_iter().filter_map(|rays| Self::of(&of_model, container, rays)));
+                all.extend(Population::of_rows().filter_map(|rays| Self::of(&of_model, container, rays)));
             }
         }
         all

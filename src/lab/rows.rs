@@ -46,7 +46,7 @@ pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), Str
 /// population side by side.
 fn spread_populations(rows: &mut [Value]) -> Vec<String> {
     let mut names = Vec::new();
-    for population in Population::ALL.map(Population::name) {
+    for population in Population::of_rows().map(Population::name) {
         let mut of_population = BTreeSet::new();
         for row in rows.iter_mut().filter_map(Value::as_object_mut) {
             let listed = row.get("populations").and_then(Value::as_array).into_iter().flatten();

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use super::population::Populations;
+use super::population::{Population, Populations, ViewRays};
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::ray_file::RaySet;
+use crate::render::RenderSettings;
 use crate::scene::{LoadOptions, Scene};
 use crate::view::Place;
 use bvhscope_engine::kernel::SimdLevel;
@@ -21,11 +23,18 @@ pub struct Subject {
     /// Trees of the scene that files hold, measured beside those that are built. They cannot be built with other numbers of
     /// threads, so scaling leaves them out.
     pub trees: Vec<Arc<Accel>>,
+    /// The population of rays of a file.
+    pub rays: Option<Arc<RaySet>>,
     /// How the scene was loaded.
     pub load: LoadOptions,
 }
 
 impl Subject {
+    /// The rays of a population through this scene.
+    pub fn rays_of(&self, population: Population, view: &TraceView, settings: &RenderSettings) -> ViewRays {
+        ViewRays::new(population, view.camera, view.size, settings).with_file(self.rays.clone())
+    }
+
     /// `setups`, and after them the trees from files, traced by `threads` threads, 0 for all.
     pub fn contenders(&self, setups: &[Setup], threads: usize) -> Vec<Contender> {
         let read = self.trees.iter().map(|accel| Contender::of_file(accel, threads));

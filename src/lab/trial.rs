@@ -210,7 +210,7 @@ mod tests {
         let mut scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
         scene.warnings.add("faces skipped", || FileLocation::Line(3));
         let load = LoadOptions { allow_outside: true, scene: Some(5), fps: Some(30.0) };
-        Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene), trees: Vec::new(), load }
+        Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene), trees: Vec::new(), rays: None, load }
     }
 
     /// Every number is another prime wherever it can be, so that each wrong formula gives another result.

@@ -76,7 +76,7 @@ fn json_of(args: &[&str]) -> String {
 fn help_is_as_recorded() {
     let commands = [
         "", "render", "bench", "sweep", "scaling", "compare", "animate", "diff", "plot", "merges", "info", "ray",
-        "tree",
+        "rays", "tree",
     ];
     let mut text = String::new();
     for command in commands {

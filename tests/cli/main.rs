@@ -23,6 +23,7 @@ mod moments;
 #[cfg(unix)]
 mod overwriting;
 mod populations;
+mod ray_files;
 mod rays;
 mod rows;
 mod scaling;

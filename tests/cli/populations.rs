@@ -1,6 +1,9 @@
 //! Rays by which trees are measured: `info --rays` counts the visits of nodes, measuring commands say what rays cost.
 
 use assert_cmd::Command;
+use bvhscope::ray_file::{FileRay, RayHeader, RaySet, write_rays};
+use bvhscope_engine::CancelToken;
+use glam::DVec3;
 use serde_json::Value;
 
 /// Exit code, stdout and stderr of the program.
@@ -70,4 +73,60 @@ fn builders_are_compared_by_what_rays_cost() {
     assert!(correlation("random") > 0.99, "{text}");
     let (code, _, error) = run(&["compare", "--rays", "primary,photons"]);
     assert!(code == 2 && error.contains("--rays") && error.contains("bounce"), "{error}");
+}
+
+/// A ray that stands for three costs as much as the same ray three times, and a file of a view's rays as much as that view's.
+#[test]
+fn rays_of_a_file_are_measured_with_their_weights() {
+    let folder = tempfile::tempdir().unwrap();
+    let [primary, weighted, repeated] = ["p.rays", "w.rays", "r.rays"].map(|name| folder.path().join(name));
+    let path = |path: &std::path::Path| path.to_str().unwrap().to_owned();
+    let view = ["--size", "256x256", "--camera", "front"];
+    let made = run(&[&["rays", "builtin:teapot:2", "--kind", "primary", "-o", &path(&primary)], &view[..]].concat());
+    assert_eq!(made.0, 0, "{}", made.2);
+    let info = |rays: &str| {
+        let camera = ["--camera", "front", "--json", "--rays", rays];
+        json(&[&["info", "builtin:teapot:2"][..], &camera].concat()).remove(0)["populations"].clone()
+    };
+    let both = info(&format!("primary,{}", path(&primary)));
+    assert_eq!((&both[0]["population"], &both[1]["population"]), (&"primary".into(), &"file".into()));
+    for number in ["rays", "entering_rays", "root_hits", "visits", "cost", "tests_per_entering_ray", "node_visits"] {
+        assert_eq!(both[0][number], both[1][number], "{number}");
+    }
+    let rays = RaySet::read(&primary, DVec3::ZERO, &CancelToken::new()).unwrap().rays;
+    let write = |path: &std::path::Path, rays: &[FileRay]| {
+        let mut bytes = Vec::new();
+        write_rays(&RayHeader::default(), rays, &mut bytes, &CancelToken::new()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    };
+    let middle = &rays[rays.len() / 2 + 90..][..60];
+    let weight = |index: usize| 1.0 + (index % 3) as f32;
+    write(
+        &weighted,
+        &middle.iter().enumerate().map(|(at, &ray)| FileRay { weight: weight(at), ..ray }).collect::<Vec<_>>(),
+    );
+    let times = middle.iter().enumerate().flat_map(|(at, &ray)| std::iter::repeat_n(ray, weight(at) as usize));
+    write(&repeated, &times.collect::<Vec<_>>());
+    let [weighted, repeated] = [info(&path(&weighted)), info(&path(&repeated))];
+    assert_eq!(weighted, repeated);
+    assert_eq!(weighted[0]["rays"], 120);
+    assert!(weighted[0]["visits"].as_u64().unwrap() > 300, "{weighted}");
+}
+
+#[test]
+fn builders_are_ranked_by_the_rays_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.rays").display().to_string();
+    assert_eq!(run(&["rays", "builtin:teapot:2", "--kind", "random", "--count", "5000", "-o", &file]).0, 0);
+    let common = ["compare", "builtin:teapot:2", "--size", "16x16", "--repeat", "1", "--rays", &file];
+    let text = run(&common).1;
+    let line =
+        text.lines().find(|line| line.split_whitespace().nth(3) == Some("file")).unwrap_or_else(|| panic!("{text}"));
+    let correlation: f64 = line.split_whitespace().nth(5).unwrap().parse().unwrap();
+    assert!(correlation > 0.9, "random lines cost what the SAH predicts: {text}");
+    let row = &json(&[&common[..], &["--json"]].concat())[0];
+    assert_eq!((&row["populations"][0]["population"], &row["populations"][0]["rays"]), (&"file".into(), &5000.into()));
+    assert!(row["command_line"].as_str().unwrap().contains("a.rays"), "{row}");
+    let (code, _, error) = run(&["animate", "builtin:walker", "--rays", &file]);
+    assert!(code == 2 && error.contains("--rays"), "{error}");
 }

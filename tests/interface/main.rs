@@ -24,6 +24,7 @@ mod nodes_view;
 mod opened_trees;
 mod panels;
 mod plots;
+mod ray_files;
 mod ray_view;
 mod shared_state;
 mod shortcuts;

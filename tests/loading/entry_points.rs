@@ -4,10 +4,12 @@
 #![allow(dead_code, reason = "each fuzz target uses one of these")]
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
+use bvhscope::ray_file::{RayFileError, RayHeader, RayReader, write_rays};
 use bvhscope::scene::{LoadOptions, Scene, load_bytes};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Ray, Triangle};
@@ -16,7 +18,7 @@ use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes}
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
 use bvhscope_engine::tree_file::{TreeFile, write_tree};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A folder that does not exist, so that no model refers to an existing file.
 const NOWHERE: &str = "/nonexistent-folder-of-hostile-models";
@@ -87,6 +89,32 @@ pub fn tree_file(bytes: &[u8]) {
     let again = TreeFile::read(&written, None, 1 << 28, &token).expect("what was written is a tree");
     assert_eq!((again.tree, again.corners), (file.tree, file.corners));
     assert_eq!((again.numbers, again.empty_nodes), (None, 0), "it was in order");
+}
+
+/// A ray file, an array of NumPy or lines of numbers, as a file and as a pipe. What is read is written and read again.
+pub fn ray_file(bytes: &[u8]) {
+    let (token, offset) = (CancelToken::new(), DVec3::new(1.0, -2.0, 0.5));
+    let read = |reader: Result<RayReader<'_>, RayFileError>| {
+        let (mut reader, mut all, mut chunk) = (reader.ok()?, Vec::new(), Vec::new());
+        while reader.read(&mut chunk, &token).ok()? {
+            all.append(&mut chunk);
+        }
+        Some((reader.header().clone(), all))
+    };
+    let of_file = read(RayReader::of_file(Box::new(Cursor::new(bytes)), offset));
+    if let Some(of_stream) = read(RayReader::of_stream(Box::new(bytes), offset)) {
+        assert_eq!(Some(&of_stream), of_file.as_ref(), "text and arrays are the same in a pipe");
+    }
+    let Some((header, rays)) = of_file else { return };
+    let mut written = Vec::new();
+    let header = RayHeader { offset: Some(offset.to_array()), ..header };
+    write_rays(&header, &rays, &mut written, &token).expect("memory takes everything");
+    let again = read(RayReader::of_file(Box::new(Cursor::new(&written[..])), offset)).expect("it was written whole");
+    assert_eq!(again.0, RayHeader { rays: Some(rays.len() as u64), ..header });
+    assert_eq!(again.1.len(), rays.len());
+    for (place, (again, ray)) in again.1.iter().zip(&rays).enumerate() {
+        assert_eq!((again.ray, again.any, again.weight), (ray.ray, ray.any, ray.weight), "ray {place}");
+    }
 }
 
 /// A material library beside a sound OBJ file in `folder`.

@@ -339,6 +339,36 @@ fn tree_file_seeds() -> [Vec<u8>; 4] {
     })
 }
 
+/// A ray file with all arrays, arrays of NumPy of both precisions, and lines.
+fn ray_file_seeds() -> [Vec<u8>; 4] {
+    let mut native = bytes(
+        "bvhscope rays 1\n{\"rays\":2,\"name\":\"a\",\"offset\":[1,0,0],\"arrays\":{\"rays\":0,\"any\":64,\
+         \"expected_triangle\":66,\"expected_t\":74,\"weight\":82,\"pixel\":90}}\n",
+    );
+    let rays = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, f32::INFINITY, 1.0, 2.0, 3.0, 0.5, 0.0, 0.0, -2.0, 9.0];
+    native.extend(le(&rays));
+    native.extend([0, 1]);
+    native.extend([7_u32, u32::MAX].map(u32::to_le_bytes).as_flattened());
+    native.extend(le(&[1.5, f32::INFINITY, 1.0, 2.5]));
+    native.extend([3_u32, 4, 5, 6].map(u32::to_le_bytes).as_flattened());
+    let npy = |dtype: &str, columns: usize, data: Vec<u8>| {
+        let header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': (2, {columns}), }}\n");
+        let mut file = b"\x93NUMPY\x01\0".to_vec();
+        file.extend((header.len() as u16).to_le_bytes());
+        file.extend(header.bytes());
+        file.extend(data);
+        file
+    };
+    let double = rays[..12].iter().flat_map(|&number| f64::from(number).to_le_bytes()).collect();
+    let text = bytes("# rays\n0 0 0 1 0 0\n\n1,2,3,0.5,0,0,-2,9\r\n1e300 0 0 0 0 1\n0 0 0 nan inf -inf");
+    [native, npy("<f4", 8, le(&rays)), npy("<f8", 6, double), text]
+}
+
+#[test]
+fn damaged_ray_files() {
+    attack(&ray_file_seeds(), 3000, entry_points::ray_file);
+}
+
 #[test]
 fn damaged_tree_files() {
     attack(&tree_file_seeds(), 6000, entry_points::tree_file);

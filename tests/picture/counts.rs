@@ -173,8 +173,13 @@ fn the_near_child_is_tested_first_unless_the_paper_is_followed() {
 /// The row of the four triangles: every number that does not depend on time.
 #[test]
 fn measurements_of_a_known_tree_are_exact() {
-    let subject =
-        Subject { model: "four".to_owned(), scene: two_pairs(), trees: Vec::new(), load: LoadOptions::default() };
+    let subject = Subject {
+        model: "four".to_owned(),
+        scene: two_pairs(),
+        trees: Vec::new(),
+        rays: None,
+        load: LoadOptions::default(),
+    };
     let view = TraceView {
         camera: camera(),
         place: Place::Given,

@@ -83,14 +83,32 @@ pub fn measure_visits<C: Container>(
     query: RayQuery,
     token: &CancelToken,
 ) -> Result<Visits, Cancelled> {
+    measure_weighted_visits(tree, leaf_triangles, ray_count, |index| (ray(index), query, 1), token)
+}
+
+/// [`measure_visits`] of rays that each have a purpose and a number of rays that they stand for, whose sum must not exceed `u32::MAX`.
+/// [`Visits::rays`] is that sum; rays that stand for none are not traced.
+pub fn measure_weighted_visits<C: Container>(
+    tree: &Tree<C>,
+    leaf_triangles: impl LeafTriangles + Sync,
+    ray_count: u32,
+    ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
+    token: &CancelToken,
+) -> Result<Visits, Cancelled> {
     let counts = par_collect(tree.nodes.len(), token, |_| AtomicU32::new(0))?;
     let done = AtomicU64::new(0);
-    par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
+    let stood_for = par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
         let mut counter = VisitCounter::new(&counts);
         let first = task * RAYS_PER_TASK;
         let rays = RAYS_PER_TASK.min(ray_count - first);
+        let mut stood_for = 0;
         for index in first..first + rays {
-            let ray = ray(index);
+            let (ray, query, weight) = ray(index);
+            if weight == 0 {
+                continue;
+            }
+            stood_for += weight;
+            counter.weight = weight;
             match query {
                 RayQuery::ClosestHit(traversal) => {
                     closest_hit(tree, leaf_triangles, &ray, traversal, &mut counter);
@@ -103,11 +121,11 @@ pub fn measure_visits<C: Container>(
         counter.flush();
         let done = done.fetch_add(u64::from(rays), Ordering::Relaxed) + u64::from(rays);
         token.set_progress((done as f64 / f64::from(ray_count)) as f32);
-        Ok(())
+        Ok(stood_for)
     })?;
     token.check()?;
     let counts = par_collect(counts.len(), token, |node| counts[node].load(Ordering::Relaxed))?;
-    Ok(Visits { counts, rays: ray_count })
+    Ok(Visits { counts, rays: stood_for.into_iter().sum() })
 }
 
 /// Slots of a [`VisitCounter`]: 8 KiB.
@@ -119,11 +137,13 @@ struct VisitCounter<'a> {
     counts: &'a [AtomicU32],
     /// Node and visits that are not yet in `counts`. The slot of a node is its index modulo the number of slots.
     slots: [(u32, u32); SLOTS],
+    /// Visits that one of the present ray counts as.
+    weight: u32,
 }
 
 impl<'a> VisitCounter<'a> {
     fn new(counts: &'a [AtomicU32]) -> Self {
-        Self { counts, slots: [(0, 0); SLOTS] }
+        Self { counts, slots: [(0, 0); SLOTS], weight: 1 }
     }
 
     /// Adds what is still in the slots.
@@ -150,6 +170,6 @@ impl Probe for VisitCounter<'_> {
             }
             (*owner, *visits) = (node, 0);
         }
-        *visits += 1;
+        *visits += self.weight;
     }
 }

@@ -19,7 +19,7 @@ pub fn shared_state(state: &AppState) -> SharedState {
     let nodes = &state.selection.nodes;
     let mut wanted = state.wanted.clone();
     wanted.source = wanted.source.absolute();
-    for file in wanted.tree_files.iter_mut().flatten() {
+    for file in wanted.tree_files.iter_mut().chain([&mut wanted.ray_file]).flatten() {
         *file = std::path::absolute(&*file).unwrap_or_else(|_| file.clone());
     }
     let tree = state.presented_tree();

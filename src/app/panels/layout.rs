@@ -123,6 +123,7 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
 /// Paints over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
 fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::lines::scaffold(ui, rect, state);
+    over::lines::rays_of_file(ui, rect, state);
     over::lines::ray(ui, rect, state);
     over::handles::section(ui, rect, state);
     over::compare::show(ui, rect, state);

@@ -87,6 +87,7 @@ impl App {
         // Trees, moment and policies of the last run belong to its model.
         if !(options.restore && same_model) {
             wanted.tree_files = [options.tree_file, None];
+            wanted.ray_file = options.ray_file;
             wanted.stand_still();
         }
         let mut preferences = restored.preferences.unwrap_or_default();

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crate::app::state::lesson::Lesson;
 use crate::app::state::{AppState, FolderEntry, Listing};
+use crate::ray_file::is_ray_file;
 use crate::scene::FileFormat;
 use crate::text::shown_path;
 
@@ -155,9 +156,9 @@ fn entries(folder: &Path) -> Vec<FolderEntry> {
     let entry = |entry: std::fs::DirEntry| {
         let path = entry.path();
         let is_folder = path.is_dir();
-        let is_model = || FileFormat::from_extension(&path).is_some();
+        let is_known = || FileFormat::from_extension(&path).is_some() || is_ray_file(&path);
         let name = entry.file_name().into_string().ok()?;
-        (is_folder || is_model()).then_some(FolderEntry { name, is_folder })
+        (is_folder || is_known()).then_some(FolderEntry { name, is_folder })
     };
     let mut entries: Vec<FolderEntry> = read.take(MAX_ENTRIES).filter_map(|it| entry(it.ok()?)).collect();
     entries

@@ -96,6 +96,7 @@ impl MeasureWorker {
                 model: scene.source.to_string(),
                 scene: Arc::clone(&scene),
                 trees: state.trees_from_files(&scene),
+                rays: None,
                 load: state.model.load_options.clone(),
             },
             job: plan.job(&state.wanted),

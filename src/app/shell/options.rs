@@ -19,6 +19,8 @@ pub struct StartOptions {
     pub source: Option<SceneSource>,
     /// The file that holds the tree; `None` builds it.
     pub tree_file: Option<PathBuf>,
+    /// The file of rays by which trees can be measured.
+    pub ray_file: Option<PathBuf>,
     /// A state to show: its model and settings, in place of those of the last run.
     pub shared: Option<SharedState>,
     /// Settings of tree, picture and containers.

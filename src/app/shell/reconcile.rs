@@ -76,6 +76,7 @@ impl Reconciler {
             self.load.reload();
         } else {
             state.wanted.tree_files = [None, None];
+            state.wanted.ray_file = None;
             state.wanted.stand_still();
             state.model.playback.playing = false;
         }

@@ -15,6 +15,7 @@ use crate::app::viewport::screenshot::{self, Screenshot};
 use crate::budget::Budget;
 use crate::export::{cannot_be_written, first_writable, write_new, write_new_with};
 use crate::lab::plot::{PlotFormat, draw};
+use crate::ray_file::{self, is_ray_file};
 use crate::scene::{FileFormat, FileRow, SceneSource, model_extensions};
 use crate::text::file_name;
 use bvhscope_engine::cancel::CancelToken;
@@ -108,8 +109,9 @@ impl BackgroundTasks {
                         reconciler.set_next_view(camera);
                     }
                     let Wanted { moment, follow, second, .. } = state.wanted;
+                    let ray_file = state.wanted.ray_file.clone();
                     open(source, false, reconciler, state);
-                    state.wanted.tree_files = tree_files;
+                    (state.wanted.tree_files, state.wanted.ray_file) = (tree_files, ray_file);
                     (state.wanted.moment, state.wanted.follow, state.wanted.second) = (moment, follow, second);
                 }
                 Request::OpenTree(side, path) => open_tree(side, path, state),
@@ -145,6 +147,7 @@ impl BackgroundTasks {
             Chosen::Model | Chosen::Sequence => {
                 let title = if matches!(of, Chosen::Model) { "Open a model" } else { "Open one of the numbered files" };
                 let dialog = dialog.set_title(title).add_filter("Models", &model_extensions());
+                let dialog = dialog.add_filter("Rays", &ray_file::EXTENSIONS);
                 (dialog, &state.preferences.recent)
             }
             Chosen::Tree(_) => {
@@ -254,9 +257,12 @@ fn ask_for_path(of: Chosen, state: &mut AppState) {
     state.layout.start_page_open = true;
 }
 
-/// Opens a model, or reads the wanted one again.
+/// Opens a model, or reads the wanted one again. A file of rays is one of the present model.
 fn open(source: SceneSource, keep_camera: bool, reconciler: &mut Reconciler, state: &mut AppState) {
     state.layout.start_page_open = false;
+    if let Some(path) = source.path().filter(|path| is_ray_file(path)) {
+        return open_rays(path, state);
+    }
     reconciler.open(source, keep_camera, state);
 }
 
@@ -276,6 +282,16 @@ pub(crate) fn take_dropped_files(ctx: &egui::Context, reconciler: &mut Reconcile
 
 fn is_model(path: &Path) -> bool {
     FileFormat::from_extension(path).is_some()
+}
+
+/// Wants the rays of a file for the present model; reads them again where they are open.
+fn open_rays(path: &Path, state: &mut AppState) {
+    if state.model.loaded.is_none() {
+        state.messages.notify(Severity::Warning, "Open the model first, then its rays".to_owned());
+        return;
+    }
+    state.wanted.ray_file = Some(std::path::absolute(path).unwrap_or_else(|_| path.to_owned()));
+    state.model.derived.ray_file.open_again();
 }
 
 /// Wants a tree of the present model to be read from `path`; a second tree is added where that one is to be read.

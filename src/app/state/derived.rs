@@ -4,6 +4,7 @@ use std::sync::{Arc, Weak};
 
 use crate::accel::node_values::KnownVisits;
 use crate::accel::{Accel, is_same};
+use crate::app::state::ray_file::RayFile;
 use crate::app::state::study::{OtherTree, Study};
 use crate::lab::diagnose::Finding;
 use crate::lab::population::{MeasuredVisits, Population, ViewRays};
@@ -31,6 +32,8 @@ pub struct Derived {
     pub at_rest: AtRestState,
     /// The kind of rays that visits are measured by.
     pub population: Population,
+    /// The rays of a file.
+    pub ray_file: RayFile,
     /// How often the chosen rays visit each node.
     pub visits: Study<ViewRays, MeasuredVisits>,
     /// The primary rays by whose view visits are measured, and their scene: the view when visits were first wanted, so that numbers stay
@@ -45,7 +48,17 @@ impl Derived {
     /// The rays of the chosen population by which visits in `scene` are measured, if that was begun.
     pub fn rays(&self, scene: &Arc<Scene>) -> Option<ViewRays> {
         let (_, rays) = self.rays.as_ref().filter(|(of, _)| is_same(of, scene))?;
-        Some(rays.of(self.population))
+        Some(self.with_file(rays.clone()).of(self.population))
+    }
+
+    /// The same rays, and those of the file.
+    pub fn with_file(&self, rays: ViewRays) -> ViewRays {
+        rays.with_file(self.ray_file.rays().map(|read| Arc::clone(&read.set)))
+    }
+
+    /// The populations that there are, in the order of menus.
+    pub fn populations(&self) -> impl Iterator<Item = Population> {
+        Population::of_rows().filter(|&of| of != Population::File || self.ray_file.rays().is_some())
     }
 
     /// Measures visits by the rays of the view of these primary ones from now on.

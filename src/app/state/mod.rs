@@ -15,6 +15,7 @@ mod model;
 pub mod picture_cut;
 mod picture_ray;
 mod playback;
+pub mod ray_file;
 mod second_tree;
 mod selection;
 mod shared_picture;
@@ -275,7 +276,7 @@ impl AppState {
     /// The primary rays of the wanted view, by which visits can be measured, or by others of that view.
     pub fn view_rays(&self) -> ViewRays {
         let Wanted { camera, render, .. } = &self.wanted;
-        ViewRays::new(Population::Primary, *camera, self.layout.viewport_px, render)
+        self.model.derived.with_file(ViewRays::new(Population::Primary, *camera, self.layout.viewport_px, render))
     }
 
     /// Copies a text to the clipboard and posts the `note` that it was, unless that is empty; where there is no clipboard, posts

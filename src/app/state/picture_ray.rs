@@ -118,7 +118,7 @@ impl RaySource {
     pub fn shift(&mut self, shift: Vec3) {
         self.camera = self.camera.shifted(shift);
         if let RayStart::Given(ray) = &mut self.start {
-            *ray = Ray::new(ray.origin + shift, ray.direction);
+            ray.origin += shift;
         }
     }
 }
@@ -166,6 +166,12 @@ impl PictureRay {
             Ok(ray) => self.take(RaySource { start: RayStart::Given(ray), camera, size_px }),
             Err(fault) => self.fault = Some(fault),
         }
+    }
+
+    /// Takes a given ray.
+    pub fn take_given(&mut self, ray: Ray, camera: Camera, size_px: [u32; 2]) {
+        self.kind = RayKind::Primary;
+        self.take(RaySource { start: RayStart::Given(ray), camera, size_px });
     }
 
     fn take(&mut self, source: RaySource) {

@@ -48,6 +48,9 @@ pub struct Wanted {
     /// The files that hold the trees, in the order of [`TreeSide::ALL`]; `None` for a tree that is built.
     #[serde(default)]
     pub tree_files: [Option<PathBuf>; 2],
+    /// The file of rays by which trees can be measured.
+    #[serde(default)]
+    pub ray_file: Option<PathBuf>,
 }
 
 impl Wanted {
@@ -65,6 +68,7 @@ impl Wanted {
             overlay: OverlaySettings::default(),
             second: None,
             tree_files: [None, None],
+            ray_file: None,
         }
     }
 

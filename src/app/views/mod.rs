@@ -11,11 +11,13 @@ mod paper;
 pub mod plots;
 mod ray;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use egui::{Key, Ui};
 
 use crate::accel::Accel;
+use crate::app::state::ray_file::ReadRays;
 use crate::app::state::{AppState, ViewState, ViewStates};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::catalog::metrics::Source;
@@ -134,6 +136,7 @@ pub(crate) fn play(ui: &Ui, state: &mut AppState) {
 
 /// Adds the background studies of all views.
 pub(crate) fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
+    add_ray_file(studies)?;
     add_visits(studies)?;
     add_regrets(studies)?;
     VIEWS.iter().try_for_each(|view| (view.add_studies)(studies))
@@ -164,6 +167,17 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
         },
     );
     studies.add(plan, |accel, rays: &ViewRays, token| rays.measure(accel, token))
+}
+
+/// The rays of the wanted file.
+fn add_ray_file(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        "rays",
+        "Reading rays",
+        |state| &mut state.model.derived.ray_file.study,
+        |state, _| state.follow_ray_file(),
+    );
+    studies.add(plan, |accel, (path, _): &(PathBuf, u32), token| ReadRays::read(accel, path, token))
 }
 
 /// Regrets, for the open view or for the colours of containers.

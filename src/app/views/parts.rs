@@ -122,11 +122,20 @@ fn measure_here(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     }
 }
 
+/// The list of the kinds of rays, and whether those of a file are drawn.
+pub(super) fn population(ui: &mut Ui, state: &mut AppState, tip: &str) {
+    let derived = &mut state.model.derived;
+    let choices: Vec<_> = derived.populations().map(|of| (of, of.label(), of.meaning())).collect();
+    DropDown::new("Rays", &choices).beside(ui, "Rays", tip, &mut derived.population);
+    if derived.population == Population::File {
+        let tip = "Draw 2,000 of the rays over the picture, at equal distances in the file, up to what they hit";
+        ui.checkbox(&mut derived.ray_file.are_drawn, "Draw").tip(tip);
+    }
+}
+
 /// The list of the kinds of rays that visits are measured by, and the button that measures those of the present view.
 pub(crate) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-    let choices = Population::ALL.map(|population| (population, population.label(), population.meaning()));
-    let tip = "The rays by which visits are measured";
-    DropDown::new("Rays", &choices).beside(ui, "Rays", tip, &mut state.model.derived.population);
+    population(ui, state, "The rays by which visits are measured");
     measure_here(ui, state, shown);
 }
 

@@ -9,14 +9,13 @@ use super::picture::{CameraArgs, CamerasArgs};
 use super::setting_flags::{RangeFlags, ShapeFlags};
 use super::shared::{MomentArgs, StrictLoadArgs};
 use crate::cli::named::{
-    self, Containers, Policies, containers, containers_help, help, named, populations, populations_help, simd,
-    tree_builder, tree_builder_help,
+    self, Containers, Policies, Rays, containers, containers_help, help, named, rays, rays_help, simd, tree_builder,
+    tree_builder_help,
 };
 use crate::cli::tree_settings::diff_tree;
 use crate::cli::values::{self, ModelParser};
 use crate::headless::diff::DiffTree;
 use crate::lab::motion::MAX_FRAMES;
-use crate::lab::population::Populations;
 use crate::lab::report_table::TableFormat;
 use crate::scene::SceneSource;
 use bvhscope_engine::follow::Policy;
@@ -55,8 +54,8 @@ pub struct MeasureArgs {
     pub models: Vec<SceneSource>,
     #[command(flatten)]
     pub trace: TraceArgs,
-    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also measure what such rays cost in each tree, and how well SAH cost and EPO predict it: "))]
-    pub rays: Option<Populations>,
+    #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also measure what such rays cost in each tree, and how well SAH cost and EPO predict it: "))]
+    pub rays: Option<Rays>,
     /// Print one JSON object a line instead of the table
     #[arg(long)]
     pub json: bool,
@@ -163,7 +162,8 @@ pub struct ScalingArgs {
   bvhscope compare bunny.obj
   bvhscope compare bunny.obj --container both --csv builders.csv
   bvhscope compare bunny.obj --tree mine.bvh --tree embree.bvh
-  bvhscope compare bunny.obj --rays all   how well SAH cost and EPO predict what rays cost")]
+  bvhscope compare bunny.obj --rays all   how well SAH cost and EPO predict what rays cost
+  bvhscope compare bunny.obj --rays mine.rays   what the rays of a file cost (docs/ray-file.md)")]
 pub struct CompareArgs {
     #[arg(long, value_name = "KIND", value_parser = containers, default_value = "box",
           help = containers_help("What the trees are made of: ", ""))]
@@ -237,8 +237,8 @@ pub struct DiffArgs {
     /// Name of tree A, and given again of tree B [default: their settings or files]
     #[arg(long = "label", value_name = "NAME", help_heading = "Tree")]
     pub labels: Vec<String>,
-    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also compare the tests by such rays, and the visits by depth: "))]
-    pub rays: Option<Populations>,
+    #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also compare the tests by such rays, and the visits by depth: "))]
+    pub rays: Option<Rays>,
     /// Write a picture of the difference
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,

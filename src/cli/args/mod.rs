@@ -3,6 +3,7 @@
 mod measure;
 mod picture;
 mod ray;
+mod rays;
 mod setting_flags;
 mod shared;
 
@@ -16,15 +17,15 @@ pub use measure::{
 };
 pub use picture::{CameraArgs, CameraParts, CamerasArgs, NodeArgs};
 pub use ray::RayArgs;
+pub use rays::RaysArgs;
 pub use setting_flags::SettingFlags;
 pub use shared::{BuildArgs, FollowArgs, FollowedMomentArgs, LoadArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
 
-use super::named::{help, named, populations, populations_help, simd};
+use super::named::{Rays, help, named, rays, rays_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::headless::Times;
-use crate::lab::population::Populations;
 use crate::overlay::OverlaySettings;
 use crate::render::{Background, RenderSettings};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
@@ -94,6 +95,8 @@ pub enum CommandArgs {
     Info(InfoArgs),
     /// Print every step of one ray through the tree
     Ray(RayArgs),
+    /// Write the rays of a population as a file, or read those of another program
+    Rays(RaysArgs),
     /// Write the tree of a model as a file that other programs read, or its nodes as a table
     Tree(TreeArgs),
 }
@@ -107,6 +110,9 @@ pub struct ViewerArgs {
     pub build: BuildArgs,
     #[command(flatten)]
     pub tree: TreeFileArgs,
+    /// Measure trees by the rays of this file: a ray file, an array of NumPy (.npy) or lines of numbers
+    #[arg(long, value_name = "FILE")]
+    pub rays: Option<PathBuf>,
     #[command(flatten)]
     pub load: LoadArgs,
     #[command(flatten)]
@@ -234,8 +240,8 @@ pub struct InfoArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    #[arg(long, value_name = "LIST", value_parser = populations, help = populations_help("Also count the visits of the nodes by such rays: "))]
-    pub rays: Option<Populations>,
+    #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also count the visits of the nodes by such rays: "))]
+    pub rays: Option<Rays>,
     /// Estimate EPO from N triangles, with its interval, instead of computing it from all
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 1, usize::MAX))]
     pub epo_samples: Option<usize>,

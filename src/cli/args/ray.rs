@@ -1,5 +1,7 @@
 //! Flags of `ray`.
 
+use std::path::PathBuf;
+
 use clap::{ArgGroup, Args};
 use glam::{DVec3, Vec3};
 
@@ -14,10 +16,11 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::tree::traverse::Traversal;
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("which").required(true).args(["pixel", "origin"]), after_help = "Examples:
+#[command(group = ArgGroup::new("which").required(true).args(["pixel", "origin", "rays"]), after_help = "Examples:
   bvhscope ray bunny.obj --pixel 640,360
   bvhscope ray bunny.obj --pixel 640,360 --kind shadow --container sphere
   bvhscope ray bunny.obj --pixel 640,360 --wide --json
+  bvhscope ray bunny.obj --rays worst.rays --number 3 --tree mine.bvh
   bvhscope ray bunny.obj --origin 0,0.1,1 --direction 0,0,-1 --traversal paper
 
 Events: enter and miss are the tests of a container; cull skips one that begins behind the nearest hit; push and pop put a node on
@@ -38,6 +41,12 @@ pub struct RayArgs {
     /// Where the ray from --origin goes; scaled to length 1, so that distances are in the model's unit
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "origin")]
     pub direction: Option<Vec3>,
+    /// A ray of this file, looking for the nearest hit; docs/ray-file.md describes the format
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["kind", "size"])]
+    pub rays: Option<PathBuf>,
+    /// Its number, from 0
+    #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u64>(text, 0, u64::MAX), requires = "rays", default_value = "0")]
+    pub number: u64,
     #[arg(long, value_name = "NAME", value_parser = named::<RayKind>, default_value = "primary",
           help = help::<RayKind>("That ray, or one that leaves the surface it hits, as pictures trace them: ", ""))]
     pub kind: RayKind,

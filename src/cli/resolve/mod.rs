@@ -9,7 +9,7 @@ use parts::{follow, moment, overlay, picture};
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RenderArgs, TreeArgs};
+use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RaysArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
@@ -17,6 +17,7 @@ use crate::catalog::settings::Given;
 use crate::console::note;
 use crate::headless::info::InfoCommand;
 use crate::headless::ray::{ChosenStart, RayCommand};
+use crate::headless::rays::{ChosenRays, RaysCommand, Sample};
 use crate::headless::tree::TreeCommand;
 use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, TreeOrigin};
 use crate::lab::ray::RayMethod;
@@ -39,6 +40,7 @@ pub fn viewer(args: ViewerArgs) -> StartOptions {
     StartOptions {
         source: args.model,
         tree_file: args.tree.tree.map(|path| std::path::absolute(&path).unwrap_or(path)),
+        ray_file: args.rays.map(|path| std::path::absolute(&path).unwrap_or(path)),
         shared: args.state.map(|state| *state),
         overrides: Overrides {
             build: args.build.settings.0,
@@ -129,12 +131,14 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
 }
 
 pub fn info(args: InfoArgs) -> InfoCommand {
+    let rays = args.rays.unwrap_or_default();
     InfoCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         triangles: args.triangles,
-        rays: args.rays.unwrap_or_default(),
+        rays: rays.populations,
+        ray_file: rays.file,
         epo_samples: args.epo_samples,
         camera: camera(&args.camera),
         moments: moment(args.motion.moment),
@@ -172,17 +176,18 @@ fn only_orients(given: &Given) -> bool {
 
 /// Fails where the picture has no such pixel.
 pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
-    let start = match (args.pixel, args.origin, args.direction) {
-        (Some([x, y]), ..) if x >= args.size[0] || y >= args.size[1] => {
+    let start = match (args.rays, args.pixel, args.origin, args.direction) {
+        (Some(path), ..) => ChosenStart::OfFile(path, args.number),
+        (_, Some([x, y]), ..) if x >= args.size[0] || y >= args.size[1] => {
             let [width, height] = args.size;
             let last = format!("{},{}", width - 1, height - 1);
             return Err(Failure::Usage(format!(
                 "--pixel {x},{y}: the picture has {width}x{height} pixels, 0,0 to {last}; --size gives it more"
             )));
         }
-        (Some(pixel), ..) => ChosenStart::Pixel(pixel),
-        (None, Some(origin), Some(direction)) => ChosenStart::Given(origin, direction),
-        _ => return Err(Failure::Usage("--pixel, or --origin and --direction, say which ray".to_owned())),
+        (_, Some(pixel), ..) => ChosenStart::Pixel(pixel),
+        (.., Some(origin), Some(direction)) => ChosenStart::Given(origin, direction),
+        _ => return Err(Failure::Usage("--pixel, --rays, or --origin and --direction say which ray".to_owned())),
     };
     let base = RenderSettings::default();
     Ok(RayCommand {
@@ -198,6 +203,32 @@ pub fn ray(args: RayArgs) -> Result<RayCommand, Failure> {
         method: if args.wide { RayMethod::Wide } else { RayMethod::Binary(args.traversal) },
         moments: moment(args.motion.moment),
         follow: follow(&args.motion.follow),
+        json: args.json,
+    })
+}
+
+/// Fails where no rays are chosen.
+pub fn rays(args: RaysArgs) -> Result<RaysCommand, Failure> {
+    let rays = match (args.kind, args.rays) {
+        (_, Some(path)) if args.verify => ChosenRays::Checked(path, args.sample.unwrap_or(Sample::Default)),
+        (_, Some(path)) => ChosenRays::File(path),
+        (Some(population), None) => ChosenRays::Population(population, args.count),
+        (None, None) => return Err(Failure::Usage("--kind or --rays says which rays".to_owned())),
+    };
+    let base = RenderSettings::default();
+    Ok(RaysCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        build: args.build.settings.0.settings(),
+        tree: tree_origin(&args.build, args.tree.tree),
+        rays,
+        camera: camera(&args.camera),
+        size: args.size,
+        settings: RenderSettings {
+            light: args.light.unwrap_or(base.light),
+            simd: args.simd.unwrap_or_default(),
+            ..base
+        },
+        output: args.output,
         json: args.json,
     })
 }

@@ -7,7 +7,6 @@ use crate::accel::Accel;
 use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::measure::{LabError, measure_contenders, request};
 use crate::lab::measurement::{Measurement, pool};
-use crate::lab::population::ViewRays;
 use crate::lab::setup::{Contender, Subject, TraceView};
 use crate::render::{HeatKind, Shading, render};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -48,7 +47,7 @@ pub fn diff(
         let trees = [build(subject, &trees[0], &token.part(0, 5))?, build(subject, &trees[1], &token.part(1, 5))?];
         let survival = survivors(&trees[0], &trees[1], &token.part(2, 5))?;
         let [a, b] = &trees;
-        let by_depth = [depths(a, view, &token)?, depths(b, view, &token)?];
+        let by_depth = [depths(subject, a, view, &token)?, depths(subject, b, view, &token)?];
         let frames = [heat(a, view, &token.part(3, 5))?, heat(b, view, &token.part(4, 5))?];
         let map = DifferenceMap::new(&frames[0], &frames[1], &token)?;
         Ok::<_, LabError>((by_depth, survival, map))
@@ -65,10 +64,15 @@ fn build(subject: &Subject, tree: &Contender, token: &CancelToken) -> Result<Arc
 }
 
 /// The nodes at each depth, with their visits by the rays of the view's populations.
-fn depths(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Vec<Depth>, Cancelled> {
+fn depths(
+    subject: &Subject,
+    accel: &Arc<Accel>,
+    view: &TraceView,
+    token: &CancelToken,
+) -> Result<Vec<Depth>, Cancelled> {
     let settings = request(accel, view).settings;
     let visits_of = |population| {
-        let rays = ViewRays::new(population, view.camera, view.size, &settings);
+        let rays = subject.rays_of(population, view, &settings);
         Ok((population, rays.measure(accel, token)?.visits))
     };
     let visits = view.populations.iter().map(visits_of).collect::<Result<Vec<_>, Cancelled>>()?;

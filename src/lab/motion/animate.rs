@@ -11,7 +11,7 @@ use crate::catalog::values::Values;
 use crate::lab::conditions::{Conditions, ViewConditions};
 use crate::lab::measure::{LabError, RowSink, request_settings};
 use crate::lab::measurement::{FrameOfClip, Measurement, millis, pool};
-use crate::lab::population::{Population, Populations, ViewRays};
+use crate::lab::population::{Population, Populations};
 use crate::lab::setup::{Setup, Subject, TraceView};
 use crate::lab::verdict::RowVerdict;
 use bvhscope_engine::BuildReport;
@@ -56,7 +56,7 @@ pub fn animate(
         build: setup.build,
         clip,
         frames: plan.frames,
-        rays: populations.iter().map(|of| ViewRays::new(of, view.camera, view.size, &settings)).collect(),
+        rays: populations.iter().map(|of| subject.rays_of(of, view, &settings)).collect(),
         simd: view.simd,
         repeat: view.repeat,
         epo_samples: view.epo_samples,

@@ -13,7 +13,7 @@ use bvhscope_engine::tree::ContainerKind;
 /// The tables of `rows`; none where no population was measured.
 pub(super) fn prediction_tables(rows: &[Measurement]) -> Vec<ReportTable> {
     let measured = |population: Population| rows.iter().any(|row| rays_of(row, population).is_some());
-    let populations: Vec<Population> = Population::ALL.into_iter().filter(|&population| measured(population)).collect();
+    let populations: Vec<Population> = Population::of_rows().filter(|&population| measured(population)).collect();
     // Earlier versions did not count them.
     let counted = |rays: Population| {
         rows.iter().filter_map(|row| rays_of(row, rays)).any(|rays| rays.tests_per_entering_ray.is_some())

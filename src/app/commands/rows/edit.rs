@@ -184,6 +184,7 @@ fn reset(state: &mut AppState) {
     wanted.overlay = OverlaySettings::default();
     wanted.second = None;
     wanted.tree_files = [None, None];
+    wanted.ray_file = None;
 }
 
 /// Closes open dialogs, else cancels running jobs, else clears the selection. Refinement of the picture is cancelled last, because

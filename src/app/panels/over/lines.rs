@@ -8,11 +8,16 @@ use glam::Vec3;
 use super::Projected;
 use crate::app::state::{AppState, Presented};
 use crate::app::theme;
+use crate::lab::population::Population;
 use crate::lab::ray::{RayRecord, RayStep};
 use crate::overlay::Role;
 
 /// Pieces of the line, each of which is hidden or not.
 const PIECES: u16 = 96;
+/// Pieces of one line of many.
+const FEW_PIECES: u16 = 4;
+/// Number of lines of full opacity; more are fainter.
+const FAINT_RAYS: f32 = 200.0;
 /// Length of the line before the model as a fraction of that within.
 const APPROACH: f32 = 0.4;
 /// Opacity of what the surface hides.
@@ -27,20 +32,23 @@ pub(crate) fn ray(ui: &Ui, rect: Rect, state: &AppState) {
     let (Some(shown), Some(outcome)) = (&state.model.presented, state.model.ray.shown()) else { return };
     let (Ok(record), true) = (&**outcome, state.shows_ray()) else { return };
     let Some(step) = record.steps.get(state.model.ray.cursor) else { return };
-    let painter = ui.painter().with_clip_rect(rect);
-    let [r, g, b] = Role::Traced.color().unwrap_or([255; 3]);
-    let drawing = Drawing {
-        view: Projected::new(shown.frame.camera, rect),
-        painter,
-        rect,
-        shown,
-        tests_surface: state.preferences.show_geometry,
-        color: Color32::from_rgb(r, g, b),
-        warm: theme::palette(ui).warm,
-    };
+    let drawing = Drawing::new(ui, rect, state, shown);
     drawing.triangles(record, state.model.ray.cursor);
     drawing.line(record);
     drawing.points(record, step);
+}
+
+/// Shows rays of a file while visits are measured by them, faint where the surface hides them.
+pub(crate) fn rays_of_file(ui: &Ui, rect: Rect, state: &AppState) {
+    let derived = &state.model.derived;
+    let is_wanted = derived.population == Population::File && derived.ray_file.are_drawn;
+    let (Some(shown), Some(read), true) = (&state.model.presented, derived.ray_file.rays(), is_wanted) else { return };
+    let drawing = Drawing::new(ui, rect, state, shown);
+    // Many lines over each other still let the picture be seen.
+    let opacity = (FAINT_RAYS / read.drawn.len() as f32).clamp(0.15, 1.0);
+    for &[from, to] in &read.drawn {
+        drawing.faint_line(from, to, opacity);
+    }
 }
 
 struct Drawing<'a> {
@@ -54,7 +62,30 @@ struct Drawing<'a> {
     warm: Color32,
 }
 
-impl Drawing<'_> {
+impl<'a> Drawing<'a> {
+    fn new(ui: &Ui, rect: Rect, state: &AppState, shown: &'a Presented) -> Self {
+        let [r, g, b] = Role::Traced.color().unwrap_or([255; 3]);
+        Self {
+            view: Projected::new(shown.frame.camera, rect),
+            painter: ui.painter().with_clip_rect(rect),
+            rect,
+            shown,
+            tests_surface: state.preferences.show_geometry,
+            color: Color32::from_rgb(r, g, b),
+            warm: theme::palette(ui).warm,
+        }
+    }
+
+    /// A thin line in few pieces.
+    fn faint_line(&self, from: Vec3, to: Vec3, opacity: f32) {
+        let at = |piece: u16| from.lerp(to, f32::from(piece) / f32::from(FEW_PIECES));
+        for piece in 0..FEW_PIECES {
+            let [a, b] = [at(piece), at(piece + 1)];
+            let hidden = if self.is_hidden((a + b) * 0.5) { HIDDEN } else { 1.0 };
+            self.segment(a, b, Stroke::new(1.0, self.color.gamma_multiply(opacity * hidden)));
+        }
+    }
+
     /// The ray from where it comes near the model to its hit, or to where it leaves the model.
     fn line(&self, record: &RayRecord) {
         let [from, to] = record.reach();

@@ -89,13 +89,7 @@ fn controls(ui: &mut Ui, view: &mut MotionView, state: &mut AppState) {
     ui.horizontal_wrapped(|ui| {
         let tip = "What is plotted over the frames of the clip";
         DropDown::new("Plot", &MotionQuantity::ALL).beside(ui, "Plot", tip, &mut view.quantity);
-        let choices = Population::ALL.map(|population| (population, population.label(), population.meaning()));
-        DropDown::new("Rays", &choices).beside(
-            ui,
-            "Rays",
-            "The rays that are traced in each frame",
-            &mut state.model.derived.population,
-        );
+        parts::population(ui, state, "The rays that are traced in each frame");
         let choices = Follow::FRAMES.map(|frames| (frames, format!("{frames}")));
         let tip = "Number of frames, at equal distances from the first key of the clip to the last";
         let choices: Vec<_> = choices.iter().map(|(frames, name)| (*frames, name.as_str(), tip)).collect();
@@ -179,7 +173,7 @@ impl MotionView {
         let mut build = state.wanted.build;
         build.optimize = build.optimize.without(Pass::Anneal);
         let clip = state.clip().map_or(0, |(moment, _)| moment.clip);
-        let rays = rays.of(state.model.derived.population);
+        let rays = state.model.derived.with_file(rays).of(state.model.derived.population);
         Some((basis, MotionInputs { clip, frames: state.wanted.follow.frames, build, rays }))
     }
 }

@@ -1,10 +1,10 @@
 //! Which ray: picked in the picture or typed, what it is traced for, and how.
 
-use egui::{self, Button, Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
+use egui::{self, Button, DragValue, Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
 
 use crate::app::state::{AppState, Presented};
-use crate::app::theme;
 use crate::app::widgets::{Tip as _, chip};
+use crate::app::{format, theme};
 use crate::lab::ray::RayMethod;
 use crate::render::RayKind;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -28,7 +28,34 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
         methods(ui, state);
         ui.separator();
         typed(ui, state, shown);
+        of_file(ui, state);
     });
+}
+
+/// Which ray of the file, where one is open.
+fn of_file(ui: &mut Ui, state: &mut AppState) {
+    let file = &state.model.derived.ray_file;
+    let Some(read) = file.rays() else { return };
+    let rays = &read.set.rays;
+    let (last, mut place) = (rays.len() - 1, file.chosen);
+    let (index, pixel) = rays.get(place).map_or((0, None), |ray| (ray.index, ray.pixel));
+    ui.separator();
+    ui.label(RichText::new("Ray of the file").color(theme::palette(ui).dim));
+    let step = |ui: &mut Ui, symbol: &str, name: &str, is_there: bool| {
+        let response = ui.add_enabled(is_there, Button::new(symbol));
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, is_there, name));
+        response.tip(name).clicked()
+    };
+    let before = step(ui, "◀", "Ray before", place > 0);
+    let at = pixel.map_or_else(String::new, |[x, y]| format!(", pixel {x},{y}"));
+    let all = format::count(rays.len() as u64);
+    let tip = format!("Its place among the {all} that were read: ray {index} of the file{at}");
+    let typed = ui.add(DragValue::new(&mut place).range(0..=last).speed(0.2)).tip(tip).changed();
+    let next = step(ui, "▶", "Next ray", place < last);
+    let again = ui.button("Replay").tip("Record this ray step by step").clicked();
+    if before || typed || next || again {
+        state.take_ray_of_file((place + usize::from(next)).saturating_sub(usize::from(before)));
+    }
 }
 
 fn kinds(ui: &mut Ui, state: &mut AppState) {

@@ -1,0 +1,160 @@
+//! The rays of a file by which trees are measured.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use crate::accel::Accel;
+use crate::accel::tracer::Tracer as _;
+use crate::app::state::study::Study;
+use crate::app::state::{AppState, Severity};
+use crate::lab::population::Population;
+use crate::ray_file::{RayFileError, RaySet};
+use crate::text::{counted, shown_path};
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::kernel::SimdLevel;
+
+/// Most rays that are drawn over the picture, at equal distances in the file.
+const MOST_DRAWN: usize = 2000;
+
+/// The file, its rays, and which of them the user looks at.
+#[derive(Debug)]
+pub struct RayFile {
+    /// What was read of a file, the how manieth time it was opened; or why it cannot be.
+    pub study: Study<(PathBuf, u32), Result<ReadRays, String>>,
+    /// The rays that were read last, with their file.
+    read: Option<((PathBuf, u32), Arc<ReadRays>)>,
+    /// Number of times that a file was opened, so that one is read again that has changed.
+    opened: u32,
+    /// The rays are drawn over the picture where visits are measured by them.
+    pub are_drawn: bool,
+    /// Place in the set of the ray that the view "Ray" shows.
+    pub chosen: usize,
+}
+
+/// The rays of a file in the coordinates of a scene.
+#[derive(Debug, Clone)]
+pub struct ReadRays {
+    /// All of them.
+    pub set: Arc<RaySet>,
+    /// Their offset.
+    offset: DVec3,
+    /// Both ends of some.
+    pub drawn: Vec<[Vec3; 2]>,
+}
+
+impl Default for RayFile {
+    fn default() -> Self {
+        Self { study: Study::default(), read: None, opened: 0, are_drawn: true, chosen: 0 }
+    }
+}
+
+impl RayFile {
+    /// Reads the file again.
+    pub fn open_again(&mut self) {
+        self.opened += 1;
+        self.study.resume();
+    }
+
+    /// The rays of the wanted file, once they are read.
+    pub fn rays(&self) -> Option<&Arc<ReadRays>> {
+        self.read.as_ref().map(|(_, read)| read)
+    }
+
+    /// Takes what was read of `path` for `accel`.
+    fn follow(&mut self, accel: &Arc<Accel>, path: &Path) -> Reading {
+        let key = (path.to_owned(), self.opened);
+        let is_known = |(of, read): &((PathBuf, u32), Arc<ReadRays>)| *of == key && read.offset == accel.scene.offset;
+        if self.read.as_ref().is_some_and(is_known) {
+            return Reading::Known;
+        }
+        match self.study.get(accel, &key).map(|outcome| (**outcome).clone()) {
+            None => Reading::Wanted(key),
+            Some(Err(reason)) => Reading::Failed(reason),
+            Some(Ok(read)) => {
+                let read = Arc::new(read);
+                (self.read, self.chosen) = (Some((key, Arc::clone(&read))), 0);
+                Reading::New(read)
+            }
+        }
+    }
+}
+
+/// What is known of a file.
+enum Reading {
+    Known,
+    New(Arc<ReadRays>),
+    Wanted((PathBuf, u32)),
+    Failed(String),
+}
+
+impl AppState {
+    /// Takes the rays of the wanted file once they are read. Returns the tree and the file for which they still are to be.
+    pub fn follow_ray_file(&mut self) -> Option<(Arc<Accel>, (PathBuf, u32))> {
+        let derived = &mut self.model.derived;
+        let Some(path) = &self.wanted.ray_file else {
+            derived.ray_file.read = None;
+            if derived.population == Population::File {
+                derived.population = Population::default();
+            }
+            return None;
+        };
+        let accel = self.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel))?;
+        match derived.ray_file.follow(&accel, path) {
+            Reading::Known => None,
+            Reading::Wanted(key) => Some((accel, key)),
+            Reading::Failed(reason) => {
+                self.messages.notify(Severity::Warning, reason);
+                self.wanted.ray_file = None;
+                None
+            }
+            Reading::New(read) => {
+                derived.population = Population::File;
+                let name = shown_path(path);
+                for text in read.set.faults.texts() {
+                    self.messages.notify(Severity::Warning, format!("{name}: {text}"));
+                }
+                let rays = counted(read.set.rays.len() as u64, "rays");
+                let text = format!("{name}: {rays}. Nodes, Icicle and Plots are by them now, and Ray replays each");
+                self.messages.notify(Severity::Info, text);
+                None
+            }
+        }
+    }
+
+    /// Takes the ray of the file at this place for the view "Ray".
+    pub fn take_ray_of_file(&mut self, place: usize) {
+        let (Some(shown), Some(read)) = (&self.model.presented, self.model.derived.ray_file.rays()) else { return };
+        let place = place.min(read.set.rays.len() - 1);
+        let ray = read.set.rays[place].ray;
+        self.model.derived.ray_file.chosen = place;
+        self.model.ray.take_given(ray, shown.frame.camera, self.layout.viewport_px);
+    }
+}
+
+impl ReadRays {
+    /// Reads a file of rays through the model of `accel`; the error says why it cannot be used.
+    pub fn read(accel: &Arc<Accel>, path: &Path, token: &CancelToken) -> Result<Result<Self, String>, Cancelled> {
+        let refusal = |reason: &str| Ok(Err(format!("{}: {reason}", shown_path(path))));
+        let set = match RaySet::read(path, accel.scene.offset, token) {
+            Ok(set) if set.rays.is_empty() => return refusal("has no ray that can be traced"),
+            Ok(set) => Arc::new(set),
+            Err(RayFileError::Cancelled(cancelled)) => return Err(cancelled),
+            Err(error) => return refusal(&error.to_string()),
+        };
+        let step = set.rays.len().div_ceil(MOST_DRAWN);
+        let rays: Vec<_> = set.rays.iter().step_by(step).map(|ray| ray.ray).collect();
+        let mut hits = vec![None; rays.len()];
+        accel.tracer(SimdLevel::default()).nearest(&rays, &mut hits);
+        let [low, high] = [accel.scene.bounds.min, accel.scene.bounds.max];
+        let ends = |(ray, hit): (&Ray, Option<Hit>)| {
+            // A ray that hits nothing ends beyond the model.
+            let beyond = (ray.origin.distance((low + high) * 0.5) + low.distance(high)) / ray.direction.length();
+            [ray.at(ray.t_min), ray.at(hit.map_or(beyond, |hit| hit.t).min(ray.t_max))]
+        };
+        let drawn = rays.iter().zip(hits).map(ends).collect();
+        Ok(Ok(Self { set, offset: accel.scene.offset, drawn }))
+    }
+}
