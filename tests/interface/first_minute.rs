@@ -26,7 +26,7 @@ fn the_tour_points_at_three_controls_and_covers_none_of_them() {
     let mut h = harness(first_start());
     let places = [
         (None, "Depth range", "Drag along this bar"),
-        (Some(Role::Slider), "Threshold", "Drag the threshold"),
+        (Some(Role::Slider), "Threshold δ", "Drag the threshold"),
         (Some(Role::ComboBox), "Shading", "Choose a heat map"),
     ];
     for (index, (role, name, text)) in places.into_iter().enumerate() {
@@ -59,7 +59,7 @@ fn the_tour_points_at_nothing_that_is_scrolled_away() {
     h.state_mut().layout.tour = Some(2);
     h.run_steps(3);
     let card = h.get_by_label_contains("Choose a heat map").rect();
-    let panel = h.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    let panel = h.get_by_role_and_label(Role::Slider, "Threshold δ").rect();
     assert!(panel.left() - card.right() > 200.0, "{card} is beside the panel of {panel} instead of in the middle");
 }
 
@@ -123,7 +123,7 @@ fn no_tooltip_lies_over_a_dialog_or_an_error() {
     let tip = "Groups of fewer triangles are clustered";
     let shows = |change: fn(&mut AppState)| {
         let mut h = harness(state(Shading::Lit));
-        let at = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
+        let at = h.get_by_role_and_label(Role::Slider, "Threshold δ").rect().center();
         h.hover_at(at);
         h.run_steps(60);
         let before = h.query_by_label_contains(tip).is_some();
@@ -166,7 +166,7 @@ fn help_filters_both_pages() {
     assert!(h.query_by_label("Zoom to the point under the pointer").is_some());
     h.state_mut().layout.help.as_mut().unwrap().filter = "Karras".to_owned();
     press(&mut h, "Terms");
-    assert!(h.query_by_label("EPO").is_some() && h.query_by_label("Threshold δ").is_none());
+    assert!(h.query_by_label("EPO").is_some() && h.query_by_label("Cache line").is_none());
 }
 
 #[test]

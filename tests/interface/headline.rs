@@ -207,7 +207,7 @@ fn sections_stay_folded_in_the_next_run() {
 fn a_scroll_bar_does_not_widen_the_right_panel() {
     let width = |height: f32| {
         let h = sized(state(Shading::Heat(HeatKind::Both)), 1280.0, height, 1.0);
-        h.get_by_role_and_label(egui::accesskit::Role::Slider, "Threshold").rect().x_range()
+        h.get_by_role_and_label(egui::accesskit::Role::Slider, "Threshold δ").rect().x_range()
     };
     assert_eq!(width(500.0), width(1200.0));
 }

@@ -30,7 +30,7 @@ fn displayed(harness: &Window, name: &str) -> String {
 fn a_dragged_threshold_rebuilds_the_tree_and_the_numbers_follow() {
     let mut harness = app();
     let before = displayed(&harness, "SAH cost");
-    let rail = harness.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    let rail = harness.get_by_role_and_label(Role::Slider, "Threshold δ").rect();
     let grip = Pos2::new(rail.left() + rail.width() * 0.4, rail.center().y);
     drag(&mut harness, PointerButton::Primary, grip, &[vec2(rail.width() * 0.1, 0.0); 4]);
     let threshold = harness.state().state.wanted.build.threshold;
@@ -62,7 +62,7 @@ fn a_drag_within_one_frame_counts_in_the_picture_and_on_a_slider() {
     let (before, at) = (camera(&harness), viewport(&harness).center());
     drag_at_once(&mut harness, at, vec2(160.0, 0.0));
     assert_ne!(camera(&harness).eye, before.eye, "the view turns");
-    let rail = harness.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    let rail = harness.get_by_role_and_label(Role::Slider, "Threshold δ").rect();
     let threshold = harness.state().state.wanted.build.threshold;
     let grip = Pos2::new(rail.left() + rail.width() * 0.4, rail.center().y);
     drag_at_once(&mut harness, grip, vec2(rail.width() * 0.4, 60.0));

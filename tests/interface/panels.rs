@@ -154,7 +154,7 @@ fn passes_are_toggled_and_disabled_for_spheres() {
 fn an_arrow_key_moves_the_focused_threshold() {
     let mut h = harness(state(Shading::Lit));
     let before = h.state().wanted.build.threshold;
-    h.get_by_role_and_label(Role::Slider, "Threshold").focus();
+    h.get_by_role_and_label(Role::Slider, "Threshold δ").focus();
     h.run_steps(2);
     h.key_press(Key::ArrowRight);
     h.run_steps(3);
@@ -315,9 +315,9 @@ fn the_panels_keep_their_width() {
     s.wanted.render.samples = 1000;
     s.wanted.threads = 1000;
     let mut h = harness(s);
-    let before = h.get_by_role_and_label(Role::Slider, "Threshold").rect();
+    let before = h.get_by_role_and_label(Role::Slider, "Threshold δ").rect();
     h.run_steps(10);
-    assert_eq!(h.get_by_role_and_label(Role::Slider, "Threshold").rect(), before);
+    assert_eq!(h.get_by_role_and_label(Role::Slider, "Threshold δ").rect(), before);
 }
 
 #[test]
@@ -325,7 +325,7 @@ fn a_double_click_resets_a_slider() {
     let mut s = state(Shading::Lit);
     s.wanted.build.threshold = 40;
     let mut h = harness(s);
-    let pos = h.get_by_role_and_label(Role::Slider, "Threshold").rect().center();
+    let pos = h.get_by_role_and_label(Role::Slider, "Threshold δ").rect().center();
     h.hover_at(pos);
     h.run_steps(2);
     // In one frame, because a frame of the harness takes longer than a double click may.

@@ -147,9 +147,9 @@ fn preset_of(build: &BuildSettings) -> Option<usize> {
 pub static THRESHOLD: Setting = Setting {
     key: "threshold",
     value_name: "N",
-    help: "AAC: fewer primitives than this are clustered, not split, {}",
-    label: "Threshold",
-    tip: "Groups of fewer triangles are clustered rather than split (δ). Higher: slower build, mostly fewer tests per ray. \
+    help: "AAC: fewer triangles than this are clustered, not split, {}",
+    label: "Threshold δ",
+    tip: "Groups of fewer triangles are clustered rather than split. Higher: slower build, mostly fewer tests per ray. \
           6 fast, 12 good ([ and ])",
     value: Value::Number(Number {
         symbol: "δ",

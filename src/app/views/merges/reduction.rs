@@ -125,7 +125,7 @@ fn handles(ui: &mut Ui, state: &mut AppState, axes: &LogPlot, painter: &Painter,
     let build = state.wanted.build;
     let delta = f64::from(build.threshold);
     let mut changed = build;
-    let tip = "Threshold δ: ranges of fewer primitives are clustered whole. Drag sideways: the tree is built again";
+    let tip = "Threshold δ: ranges of fewer triangles are clustered whole. Drag sideways: the tree is built again";
     let place = axes.at(delta, delta * 0.5);
     let (dragged, steps) = handle(
         ui,
