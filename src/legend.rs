@@ -59,6 +59,10 @@ fn of_values(frame: &Frame) -> Option<Key> {
     let quantity = match frame.settings.shading {
         Shading::Heat(kind) => format!("{} of each ray", capitalized(kind.counted())),
         Shading::Depth => "Distance from the observer, in units of the model".to_owned(),
+        Shading::Thickness => "Thickness along the ray, in units of the model".to_owned(),
+        Shading::Distance => {
+            format!("Distance to the surface, in units of the model; a line every {}", frame.line_spacing)
+        }
         _ => return None,
     };
     let color = |at: f32| frame.settings.value_color(at);

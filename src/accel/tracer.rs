@@ -5,9 +5,12 @@ use fearless_simd::Level;
 
 use bvhscope_engine::SimdLevel;
 use bvhscope_engine::geometry::{Hit, Ray};
+use bvhscope_engine::query::{self, ClosestPoint};
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, StackEntry, TestCounts, Traversal, new_stack};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
+use bvhscope_engine::with_tree;
+use glam::Vec3;
 
 use super::Accel;
 
@@ -47,6 +50,18 @@ pub trait Tracer: Send + Sync {
 
     /// The nearest hits of `rays` that count, with the work of each, into the first elements of `found`.
     fn counted(&self, rays: &[Ray], query: CountedQuery<'_>, found: &mut [(Option<Hit>, TestCounts)]);
+
+    /// All hits of `ray`, the nearest first, at most `max`, into `hits`. Returns whether there are more.
+    fn all_hits(&self, ray: &Ray, max: usize, hits: &mut Vec<Hit>) -> bool;
+
+    /// The work of a query for all hits of `ray`.
+    fn all_hits_tests(&self, ray: &Ray) -> TestCounts;
+
+    /// The point of the triangles that is nearest to `point`.
+    fn closest_point(&self, point: Vec3) -> Option<ClosestPoint>;
+
+    /// The work of a query for that point.
+    fn closest_point_tests(&self, point: Vec3) -> TestCounts;
 }
 
 /// The trees of an [`Accel`], on the CPU.
@@ -151,6 +166,41 @@ impl Tracer for TreeTracer<'_> {
                 }
             }
         }
+    }
+
+    fn all_hits(&self, ray: &Ray, max: usize, hits: &mut Vec<Hit>) -> bool {
+        match self.wide {
+            Some(wide) => wide.all_hits(self.level, ray, max, hits),
+            None => with_tree!(&self.accel.tree, tree => {
+                query::all_hits(tree, self.accel.leaf_triangles(), ray, max, hits)
+            }),
+        }
+    }
+
+    fn all_hits_tests(&self, ray: &Ray) -> TestCounts {
+        let mut counts = TestCounts::default();
+        with_tree!(&self.accel.tree, tree => {
+            let triangles = self.accel.leaf_triangles();
+            query::all_hits_counted(tree, triangles, ray, usize::MAX, &mut Vec::new(), &mut counts);
+        });
+        counts
+    }
+
+    fn closest_point(&self, point: Vec3) -> Option<ClosestPoint> {
+        match self.wide {
+            Some(wide) => wide.closest_point(self.level, point, f32::INFINITY),
+            None => with_tree!(&self.accel.tree, tree => {
+                query::closest_point(tree, self.accel.leaf_triangles(), point, f32::INFINITY, &mut NoProbe)
+            }),
+        }
+    }
+
+    fn closest_point_tests(&self, point: Vec3) -> TestCounts {
+        let mut counts = TestCounts::default();
+        with_tree!(&self.accel.tree, tree => {
+            query::closest_point(tree, self.accel.leaf_triangles(), point, f32::INFINITY, &mut counts)
+        });
+        counts
     }
 }
 

@@ -32,7 +32,6 @@ use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
-use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree_file::write_corners;
 
 /// Settings of `info`.

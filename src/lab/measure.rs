@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::measurement::{Measurement, pool};
-use super::population::{MeasuredRays, ViewRays};
+use super::population::MeasuredRays;
 use super::setup::{Contender, Setup, Subject, TraceView};
 use super::trial::{First, Trial};
 use super::verdict::add_verdicts;

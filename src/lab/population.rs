@@ -206,9 +206,9 @@ impl ViewRays {
 
     /// The rays of another population of the same view. Of random lines and rays of a file there is no way back to a view.
     #[must_use]
-    pub fn of(self, population: Population) -> Self {
+    pub fn of(&self, population: Population) -> Self {
         let traversal = self.traversal;
-        let rays = Self { population, ..self };
+        let rays = Self { population, ..self.clone() };
         match population {
             Population::Random => rays.without_view(Traversal::Paper),
             Population::File => rays.without_view(traversal),

@@ -8,10 +8,12 @@ use super::adaptation::Metered;
 use super::edges;
 use super::frame::{Frame, FrameStats};
 use super::grid::Grid;
+use super::queries::line_spacing;
 use super::request::RenderRequest;
 use super::settings::Shading;
 use super::tone::tone_map;
 use crate::colors::srgb::Encoder;
+use crate::vectors::length;
 
 /// Poll for cancellation about every 16,384 pixels.
 const PIXELS_PER_CHECK: u32 = 1 << 14;
@@ -110,13 +112,14 @@ pub(super) fn assemble(
         camera: request.camera,
         settings,
         clusters: request.clusters.clone(),
+        line_spacing: line_spacing(length(request.accel.scene.bounds.extent())),
         stats,
     };
     if settings.shading.has_values() {
         frame.values = rows.list(|pixel| pixel.value)?;
         let range = if matches!(settings.shading, Shading::Heat(_)) { settings.heat_range } else { None };
         frame.recolor(range, settings.color_map, token)?;
-        if settings.mesh_edges {
+        if settings.mesh_edges || settings.shading == Shading::Distance {
             rows.for_each(&mut frame.rgba, |color, pixel| *color = edges::over_value(*color, pixel.shown.x))?;
         }
     }

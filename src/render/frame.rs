@@ -47,6 +47,8 @@ pub struct Frame {
     pub settings: RenderSettings,
     /// The cut whose nodes cluster colours show; `None` for those at [`RenderSettings::cluster_depth`].
     pub clusters: Option<ClusterCut>,
+    /// Distance between two lines of [`Shading::Distance`](super::Shading::Distance) in world units.
+    pub line_spacing: f32,
     /// Measurements of the newest pass.
     pub stats: FrameStats,
 }
@@ -133,6 +135,7 @@ impl Frame {
             camera: Camera::framing(&bvhscope_engine::geometry::Aabb::EMPTY, Vec3::Y),
             settings,
             clusters: None,
+            line_spacing: 1.0,
             stats: FrameStats::default(),
         }
     }

@@ -27,6 +27,9 @@ mod sampling;
 
 mod shade;
 
+mod crossings;
+mod queries;
+
 mod edges;
 
 mod lit;
@@ -53,6 +56,7 @@ pub mod primary;
 mod single_ray;
 
 pub use adaptation::{Adaptation, Metered};
+pub use crossings::{Crossing, Crossings};
 pub use frame::{Frame, FrameStats};
 pub use primary::{PrimaryTrace, TestSummary, count_tests, trace_primary, trace_primary_wide};
 pub use request::RenderRequest;

@@ -55,6 +55,10 @@ pub const fn shading_sentence(shading: Shading) -> &'static str {
         Shading::Normals => "The direction of the surface as a colour",
         Shading::Depth => "Distance along the view direction",
         Shading::AmbientOcclusion => "How open the surface is to its surroundings",
+        Shading::Thickness => "How thick the model is along the whole ray of each pixel, by all hits: of closed models",
+        Shading::Distance => {
+            "Distance of each point of the section plane, or of a plane across the middle, from the surface, by the closest point; with lines of equal distance"
+        }
         Shading::Clusters => "Each surface in the colour of the container, at the cluster depth, that holds it",
         Shading::Heat(HeatKind::Both) => "Container and triangle tests that each pixel cost",
         Shading::Heat(HeatKind::Containers) => "Container tests that each pixel cost",
@@ -64,6 +68,10 @@ pub const fn shading_sentence(shading: Shading) -> &'static str {
         }
         Shading::Heat(HeatKind::Lines) => {
             "Cache lines of 64 bytes that the ray of each pixel reads of the eight-wide tree, nodes and triangles, each once"
+        }
+        Shading::Heat(HeatKind::AllHits) => "Container and triangle tests that all hits of the ray of each pixel cost",
+        Shading::Heat(HeatKind::ClosestPoint) => {
+            "Container and triangle tests that the closest point of the surface costs, from each point of the section plane, or of a plane across the middle"
         }
         Shading::Heat(HeatKind::WholeRay) => {
             "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"

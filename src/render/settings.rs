@@ -21,6 +21,10 @@ pub enum Shading {
     Depth,
     /// Ambient occlusion.
     AmbientOcclusion,
+    /// How thick the model is along the whole ray.
+    Thickness,
+    /// Distance of the section plane from the surface.
+    Distance,
     /// The colour of the surface's ancestor node at the chosen depth.
     Clusters,
     /// Number of tests of the pixel's ray.
@@ -43,6 +47,10 @@ pub enum HeatKind {
     Lines,
     /// Containers along the whole ray, whatever surface is in between: how many lie one over the other in a pixel.
     WholeRay,
+    /// Tests of a query for all hits of the ray.
+    AllHits,
+    /// Tests of a query for the point of the surface that is closest to a point of the section plane.
+    ClosestPoint,
 }
 
 impl HeatKind {
@@ -60,6 +68,8 @@ impl HeatKind {
             Self::Steps => "wide tree steps",
             Self::Lines => "cache lines",
             Self::WholeRay => "containers along the ray",
+            Self::AllHits => "tests for all hits",
+            Self::ClosestPoint => "tests for the closest point",
         }
     }
 }
@@ -298,7 +308,12 @@ impl RenderSettings {
 impl Shading {
     /// Colours encode numbers, so that [`Frame::values`](super::Frame::values) is filled and there is a legend.
     pub const fn has_values(self) -> bool {
-        matches!(self, Self::Depth | Self::Heat(_))
+        self.is_length() || matches!(self, Self::Heat(_))
+    }
+
+    /// Colours encode lengths, and the background has none.
+    pub const fn is_length(self) -> bool {
+        matches!(self, Self::Depth | Self::Thickness | Self::Distance)
     }
 
     /// Colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
@@ -307,11 +322,13 @@ impl Shading {
     }
 
     /// All modes, in the order of menus.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 15] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
         Self::AmbientOcclusion,
+        Self::Thickness,
+        Self::Distance,
         Self::Clusters,
         Self::Heat(HeatKind::Both),
         Self::Heat(HeatKind::Containers),
@@ -319,6 +336,8 @@ impl Shading {
         Self::Heat(HeatKind::Steps),
         Self::Heat(HeatKind::Lines),
         Self::Heat(HeatKind::WholeRay),
+        Self::Heat(HeatKind::AllHits),
+        Self::Heat(HeatKind::ClosestPoint),
     ];
 
     /// The name on the command line.
@@ -328,6 +347,8 @@ impl Shading {
             Self::Normals => "normals",
             Self::Depth => "depth",
             Self::AmbientOcclusion => "ao",
+            Self::Thickness => "thickness",
+            Self::Distance => "distance",
             Self::Clusters => "clusters",
             Self::Heat(HeatKind::Both) => "heat",
             Self::Heat(HeatKind::Containers) => "heat-containers",
@@ -335,6 +356,8 @@ impl Shading {
             Self::Heat(HeatKind::Steps) => "heat-steps",
             Self::Heat(HeatKind::Lines) => "heat-lines",
             Self::Heat(HeatKind::WholeRay) => "heat-whole-ray",
+            Self::Heat(HeatKind::AllHits) => "heat-all-hits",
+            Self::Heat(HeatKind::ClosestPoint) => "heat-closest-point",
         }
     }
 
@@ -345,6 +368,8 @@ impl Shading {
             Self::Normals => "Normals",
             Self::Depth => "Depth",
             Self::AmbientOcclusion => "Ambient occlusion",
+            Self::Thickness => "Thickness",
+            Self::Distance => "Distance to the surface",
             Self::Clusters => "Cluster colours",
             Self::Heat(HeatKind::Both) => "Heat: all tests",
             Self::Heat(HeatKind::Containers) => "Heat: container tests",
@@ -352,6 +377,8 @@ impl Shading {
             Self::Heat(HeatKind::Steps) => "Heat: wide tree steps",
             Self::Heat(HeatKind::Lines) => "Heat: cache lines",
             Self::Heat(HeatKind::WholeRay) => "Heat: whole ray",
+            Self::Heat(HeatKind::AllHits) => "Heat: all hits",
+            Self::Heat(HeatKind::ClosestPoint) => "Heat: closest point",
         }
     }
 }

@@ -35,7 +35,7 @@ impl Shaded {
     }
 
     /// A value that is coloured afterwards.
-    const fn value(value: f32) -> Self {
+    pub(super) const fn value(value: f32) -> Self {
         Self { color: Vec3::ZERO, is_radiance: false, value }
     }
 }
@@ -155,7 +155,7 @@ impl Heat {
         let value = match self.0 {
             HeatKind::Containers | HeatKind::WholeRay => tests.containers,
             HeatKind::Primitives => tests.primitives,
-            HeatKind::Both | HeatKind::Steps | HeatKind::Lines => tests.containers + tests.primitives,
+            _ => tests.containers + tests.primitives,
         };
         Shaded::value(value as f32)
     }
@@ -168,10 +168,10 @@ impl Shade for Heat {
 
     fn counting(&self) -> Counting {
         match self.0 {
-            HeatKind::Containers | HeatKind::Primitives | HeatKind::Both => Counting::Tests,
             HeatKind::Steps => Counting::Steps,
             HeatKind::Lines => Counting::Lines,
             HeatKind::WholeRay => Counting::WholeRay,
+            _ => Counting::Tests,
         }
     }
 

@@ -8,6 +8,7 @@ use super::edges;
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
 use super::sampling::{SampleId, subpixel};
+use super::settings::Shading;
 use super::shade::{Sample, Shade, Shaded};
 use super::trace_context::TraceContext;
 use bvhscope_engine::geometry::{Hit, Ray};
@@ -188,7 +189,8 @@ impl<S: Shade> Pass<'_, '_, S> {
         if !has_values && let Some(color) = context.cut_surface(ray, hit) {
             (shaded.color, shaded.is_radiance) = (color, false);
         }
-        if settings.mesh_edges {
+        // Nor is the surface in the picture where its distance is.
+        if settings.mesh_edges && settings.shading != Shading::Distance {
             let triangle = &context.scene.triangles[hit.primitive_index as usize];
             let pixel_size = context.camera.pixel_size(context.camera.view_depth(ray, hit.t)) * self.grid.coarseness;
             let ink = edges::ink(triangle, ray, hit, pixel_size);

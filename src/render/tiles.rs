@@ -15,8 +15,9 @@ use super::ground::Ground;
 use super::lights::Lights;
 use super::lit::Lit;
 use super::primary::count_tests;
+use super::queries::{AllHitsTests, ClosestPointTests, QueriedPlane, SurfaceDistance, Thickness};
 use super::request::RenderRequest;
-use super::settings::Shading;
+use super::settings::{HeatKind, Shading};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
 use super::surface;
 use super::tile::{Pass, PassCounts};
@@ -99,6 +100,16 @@ fn trace(
         Shading::Clusters => {
             let clusters = Clusters::new(request, token)?;
             passes(&context, &clusters, output, token)
+        }
+        Shading::Thickness => passes(&context, &Thickness, output, token),
+        Shading::Distance => {
+            let plane = QueriedPlane::new(&context, request.settings.section, -request.camera.forward());
+            passes(&context, &SurfaceDistance(plane), output, token)
+        }
+        Shading::Heat(HeatKind::AllHits) => passes(&context, &AllHitsTests, output, token),
+        Shading::Heat(HeatKind::ClosestPoint) => {
+            let plane = QueriedPlane::new(&context, request.settings.section, -request.camera.forward());
+            passes(&context, &ClosestPointTests(plane), output, token)
         }
         Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),
     }

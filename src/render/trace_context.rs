@@ -140,6 +140,28 @@ impl<'a> TraceContext<'a> {
         self.tracer.counted(&self.visible.cut_all(rays), CountedQuery { counting, traversal, passes }, found);
     }
 
+    /// All hits of the whole `ray`, whatever is cut off, without those on hidden triangles. Returns whether there are more than `max`.
+    pub(super) fn all_hits(&self, ray: &Ray, max: usize, hits: &mut Vec<Hit>) -> bool {
+        let has_more = self.tracer.all_hits(ray, max, hits);
+        hits.retain(|hit| !self.visible.is_hidden(hit.primitive_index));
+        has_more
+    }
+
+    /// The tests of a query for them.
+    pub(super) fn all_hits_tests(&self, ray: &Ray) -> TestCounts {
+        self.tracer.all_hits_tests(ray)
+    }
+
+    /// Distance of a point from the surface in world units, whatever is hidden or cut off; `None` without triangles.
+    pub(super) fn distance_to_surface(&self, point: Vec3) -> Option<f32> {
+        self.tracer.closest_point(point).map(|closest| closest.distance as f32)
+    }
+
+    /// The tests of a query for it.
+    pub(super) fn closest_point_tests(&self, point: Vec3) -> TestCounts {
+        self.tracer.closest_point_tests(point)
+    }
+
     /// Any-hit query for each ray, into the first elements of `blocked`; cut-outs let rays pass.
     pub(super) fn are_blocked(&self, rays: &[Ray], blocked: &mut [bool]) {
         if self.has_gaps() {

@@ -70,7 +70,7 @@ impl Frame {
                 Background::Transparent => [0; 4],
                 background => encoder.rgba(background.color((y as f32 + 0.5) / height)),
             };
-            let keeps_background = settings.shading == Shading::Depth;
+            let keeps_background = settings.shading.is_length();
             for (pixel, &value) in rgba.iter_mut().zip(values) {
                 *pixel = if keeps_background && value >= Self::NO_HIT {
                     behind

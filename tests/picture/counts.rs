@@ -63,13 +63,15 @@ const PRIMITIVES: [f32; 14] = [0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
 #[test]
 fn heat_maps_show_the_tests_of_each_ray() {
     let scene = two_pairs();
-    for (kind, name) in
-        [(HeatKind::Containers, "container tests"), (HeatKind::Primitives, "triangle tests"), (HeatKind::Both, "tests")]
-    {
+    let kinds = [HeatKind::Containers, HeatKind::Primitives, HeatKind::Both, HeatKind::AllHits, HeatKind::ClosestPoint];
+    for (kind, name) in kinds.map(|kind| (kind, kind.counted())) {
         let frame = render(&request(&scene, Shading::Heat(kind), false), &CancelToken::new(), &|_| ()).unwrap();
         let expected: Vec<f32> = match kind {
             HeatKind::Containers => CONTAINERS.to_vec(),
             HeatKind::Primitives => PRIMITIVES.to_vec(),
+            // From a point of the plane through the triangles: the children of the root, those of the nearer pair, and the nearest triangle.
+            HeatKind::ClosestPoint => vec![5.0; PIXELS[0] as usize],
+            // Nothing is behind anything, so that all hits cost what the nearest does.
             _ => CONTAINERS.iter().zip(PRIMITIVES).map(|(a, b)| a + b).collect(),
         };
         assert_eq!(frame.values, expected, "{name} of each pixel");

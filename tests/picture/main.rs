@@ -16,6 +16,7 @@ mod overlay;
 mod overlays;
 mod picture_invariants;
 mod pinned_trees;
+mod query_pictures;
 mod ray_pictures;
 mod same_pictures;
 mod surfaces;

@@ -70,7 +70,8 @@ impl Derived {
     /// The visits of `accel` by the chosen rays, with these; `None` while they are not known.
     pub fn measured(&self, accel: &Arc<Accel>) -> Option<(ViewRays, &Arc<MeasuredVisits>)> {
         let rays = self.rays(&accel.scene)?;
-        Some((rays, self.visits.get(accel, &rays)?))
+        let measured = self.visits.get(accel, &rays)?;
+        Some((rays, measured))
     }
 
     /// Whether the user has stopped what measures the visits of `accel`, or what rebuilds its subtrees.

@@ -90,6 +90,8 @@ impl Model {
         } = self;
         let Derived {
             population,
+            // The file is wanted beside this part.
+            ray_file: _,
             findings: _,
             survival: _,
             moved: _,

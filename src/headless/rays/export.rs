@@ -45,7 +45,7 @@ pub(super) fn run(
     let (accel, rays) = in_pool(|| {
         let unmoved = (Follow::default(), &mut FollowSession::default());
         let accel = Arc::new(command.tree.accel(scene, &command.source, &command.build, unmoved, token)?);
-        let rays = rays_of(view, count, &accel, token)?;
+        let rays = rays_of(view.clone(), count, &accel, token)?;
         Ok::<_, Failure>((accel, rays))
     })?;
     let has_faults = note_faults(&accel);
@@ -95,7 +95,7 @@ fn rays_of(
     token: &CancelToken,
 ) -> Result<Vec<FileRay>, Cancelled> {
     let wanted = count.map(|count| count as usize);
-    let mut view = count.map_or(view, |count| view.with_squares(count));
+    let mut view = count.map_or(view.clone(), |count| view.with_squares(count));
     let mut rays = view.list(accel, token)?;
     let mut squares = u64::from(count.unwrap_or_default());
     for _ in 0..MOST_DIVISIONS {

@@ -10,7 +10,6 @@ mod step;
 
 mod span;
 
-mod crossing;
 mod ray_record;
 
 mod chord;
@@ -19,7 +18,6 @@ mod recorder;
 mod table;
 mod tree_nodes;
 
-pub use crossing::{Crossing, Crossings};
 pub use ray_record::RayRecord;
 pub use record::record;
 pub use request::{RayMethod, RayRequest};

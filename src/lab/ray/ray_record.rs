@@ -1,8 +1,8 @@
 //! A recorded ray.
 
-use super::crossing::Crossings;
 use super::span::{Span, Visit};
 use super::step::{RayStep, Step};
+use crate::render::Crossings;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::tree::traverse::{RayEvent, TestCounts};
 use bvhscope_engine::wide::trace::CacheLines;

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use super::crossing::Crossings;
 use super::ray_record::RayRecord;
 use super::recorder::Recorder;
 use super::request::{RayMethod, RayRequest};
 use super::span::Spans;
 use super::step::{RayStep, Step};
 use crate::accel::Accel;
-use crate::render::{NoRay, RenderRequest, single_ray};
+use crate::render::{Crossings, NoRay, RenderRequest, single_ray};
 use bvhscope_engine::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::tree::traverse::RayEvent;

@@ -268,6 +268,8 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
         Shading::Clusters => (format!("Picture: {}", clusters(frame)), Part::Text("one colour each".to_owned())),
         Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
+        Shading::Thickness => ("Picture: thickness".to_owned(), values_ramp(frame)),
+        Shading::Distance => (format!("Picture: distance, a line every {}", frame.line_spacing), values_ramp(frame)),
     };
     Some(LegendBox { title, parts: std::iter::once(part).chain(lines).collect() })
 }
@@ -309,7 +311,7 @@ fn difference_legend(map: &DifferenceMap) -> LegendBox {
 fn values_ramp(frame: &Frame) -> Part {
     let [low, high] = frame.value_range;
     // Counts are whole numbers, distances are not.
-    let whole = frame.settings.shading != Shading::Depth;
+    let whole = !frame.settings.shading.is_length();
     let stops = [0.0, 0.5, 1.0].map(|position: f32| {
         let value = low + (high - low) * position;
         (position, format::significant(f64::from(if whole { value.round() } else { value })))

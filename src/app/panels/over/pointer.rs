@@ -7,7 +7,7 @@ use crate::app::commands::{Action, entries};
 use crate::app::state::{AppState, CompareView, Navigation};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::render::Shading;
+use crate::render::{Frame, Shading};
 
 /// Shows the facts within `rect`, the viewport's rectangle.
 pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
@@ -35,6 +35,16 @@ pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
             Some(pointer) => note(ui, rect, pointer + vec2(16.0, 16.0), &text),
             None => facts.push(text),
         }
+    }
+    if let (Some(value), Some(shading @ (Shading::Thickness | Shading::Distance))) = (hover.value, shading)
+        && value < Frame::NO_HIT
+    {
+        let value = format::significant(f64::from(value));
+        let text = match shading {
+            Shading::Thickness => format!("{value} thick"),
+            _ => format!("{value} from the surface"),
+        };
+        facts.push(text);
     }
     match hover.primitive {
         Some(triangle) => {

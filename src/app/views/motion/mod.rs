@@ -18,7 +18,6 @@ use crate::app::widgets::{DropDown, Tip as _, empty_view};
 use crate::app::{format, theme};
 use crate::lab::LabError;
 use crate::lab::motion::{MotionPlan, MotionStudy};
-use crate::lab::population::Population;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::Pass;
@@ -153,7 +152,7 @@ fn plan_of(inputs: &MotionInputs, policies: Vec<Policy>) -> MotionPlan {
         build: inputs.build,
         clip: inputs.clip,
         frames: inputs.frames as usize,
-        rays: vec![inputs.rays],
+        rays: vec![inputs.rays.clone()],
         simd: bvhscope_engine::kernel::SimdLevel::best(),
         repeat: REPEAT,
         epo_samples: None,

@@ -167,7 +167,7 @@ impl MotionView {
 
     /// The rays of the view that measurements are made by, if that was begun.
     pub fn view_rays(&self) -> Option<ViewRays> {
-        self.basis.as_ref().map(|(_, rays)| *rays)
+        self.basis.as_ref().map(|(_, rays)| rays.clone())
     }
 
     /// Forgets what was measured of another model.

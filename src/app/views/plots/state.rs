@@ -313,8 +313,9 @@ impl SessionTrees {
 
     /// The trees that lack a reading or what `rays` cost in them.
     pub fn unmeasured(&self, rays: Option<ViewRays>) -> impl Iterator<Item = &PlottedTree> {
-        let knows = move |tree: &SessionTree, rays: ViewRays| tree.costs.iter().any(|(of, _)| *of == rays);
-        let lacks = move |tree: &&SessionTree| !tree.is_measured || rays.is_some_and(|rays| !knows(tree, rays));
+        let knows = |tree: &SessionTree, rays: &ViewRays| tree.costs.iter().any(|(of, _)| of == rays);
+        let lacks =
+            move |tree: &&SessionTree| !tree.is_measured || rays.as_ref().is_some_and(|rays| !knows(tree, rays));
         self.trees.iter().filter(lacks).map(|tree| &tree.tree)
     }
 
@@ -326,7 +327,7 @@ impl SessionTrees {
         if let Some(measured) = measured {
             known.tree = PlottedTree { cost: None, ..measured.clone() };
         }
-        known.note_cost(wanted.rays, measured.and_then(|measured| measured.cost).unwrap_or(f64::NAN));
+        known.note_cost(wanted.rays.clone(), measured.and_then(|measured| measured.cost).unwrap_or(f64::NAN));
     }
 
     /// Notes what `rays` cost in a tree that was noted.
@@ -338,7 +339,8 @@ impl SessionTrees {
 
     /// The trees with what `rays` cost in them.
     pub fn plotted(&self, rays: Option<ViewRays>) -> Vec<PlottedTree> {
-        let cost = |tree: &SessionTree| tree.costs.iter().find(|(of, _)| Some(*of) == rays).map(|(_, cost)| *cost);
+        let is_by = |of: &ViewRays| rays.as_ref() == Some(of);
+        let cost = |tree: &SessionTree| tree.costs.iter().find(|(of, _)| is_by(of)).map(|(_, cost)| *cost);
         let cost = |tree: &SessionTree| cost(tree).filter(|cost| cost.is_finite());
         self.trees.iter().map(|tree| PlottedTree { cost: cost(tree), ..tree.tree.clone() }).collect()
     }
@@ -445,10 +447,10 @@ impl PlotsView {
     /// measured.
     pub fn next_to_measure(&mut self, accel: &Arc<Accel>, rays: ViewRays) -> Option<TreeToMeasure> {
         while self.measures_all {
-            let wanted = self.session.unmeasured(Some(rays)).next().map(|tree| TreeToMeasure {
+            let wanted = self.session.unmeasured(Some(rays.clone())).next().map(|tree| TreeToMeasure {
                 build: tree.build,
                 file: tree.file.as_ref().map(|(path, _)| path.clone()),
-                rays,
+                rays: rays.clone(),
             });
             match wanted {
                 Some(wanted) if self.measured.is_cancelled(accel, &wanted) => self.measured.resume(),

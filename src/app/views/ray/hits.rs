@@ -6,7 +6,8 @@ use crate::app::state::{AppState, Presented};
 use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
-use crate::lab::ray::{Crossings, RayRecord};
+use crate::lab::ray::RayRecord;
+use crate::render::Crossings;
 use bvhscope_engine::query::closed::Edges;
 
 /// Widths of the columns of distance and thickness in points.
@@ -60,7 +61,7 @@ pub(super) fn passage(crossings: &Crossings, edges: Option<&Edges>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::ray::Crossing;
+    use crate::render::Crossing;
 
     #[test]
     fn parity_says_where_a_ray_begins_unless_the_model_is_open() {

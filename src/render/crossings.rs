@@ -34,7 +34,7 @@ pub struct Crossings {
 
 impl Crossings {
     /// The crossings of a ray towards `direction` at `hits`, sorted by distance, with `triangles`.
-    pub(super) fn new(hits: &[Hit], has_more: bool, direction: Vec3, triangles: &[Triangle]) -> Self {
+    pub fn new(hits: &[Hit], has_more: bool, direction: Vec3, triangles: &[Triangle]) -> Self {
         let mut crossings: Vec<Crossing> = Vec::with_capacity(hits.len());
         // Distance of the last surface.
         let mut entered = 0.0;
