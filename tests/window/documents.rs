@@ -30,7 +30,7 @@ const DOCK: [usize; 4] = [0, 470, 1280, 660];
 /// How long a part of the window stays the same once nothing more is measured: a repeated build takes two seconds at most.
 const STILL: Duration = Duration::from_secs(5);
 /// Number of colours in the dock from which curves are drawn there.
-const CURVE_COLORS: usize = 100;
+const CURVE_COLORS: usize = 1000;
 
 /// Renders each of [`RENDERED`] by the program.
 fn render_all(models: &Path) {
