@@ -181,6 +181,11 @@ const OWN: [(&str, &[Field]); 6] = [
             ("t_min", "Smallest distance of a hit"),
             ("t_max", "Largest distance of a hit; null for infinity"),
             ("hit", "Distance and triangle of the hit; null for a miss"),
+            (
+                "all_hits",
+                "All hits, as if none ended the ray: distance, triangle, side, number of surfaces passed, and of every second one the thickness before it",
+            ),
+            ("has_more_hits", "True where the ray has more hits than these"),
             ("container_tests", "Containers tested"),
             ("primitive_tests", "Triangles tested"),
             ("node_lines", "Cache lines of nodes that are read; only of the wide tree"),

@@ -18,7 +18,7 @@ use crate::camera::Camera;
 use crate::console::{printable_json, printable_lines};
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
 use crate::lab::{Conditions, ViewConditions};
-use crate::render::{RayKind, RayStart, RenderSettings};
+use crate::render::{Crossing, RayKind, RayStart, RenderSettings};
 use crate::scene::{SceneSource, from_file, to_file};
 use crate::section::SectionChoice;
 use crate::text::shown_path;
@@ -170,6 +170,11 @@ struct RaySummary {
     t_min: f32,
     t_max: f32,
     hit: Option<HitLine>,
+    /// All hits, as if none ended the ray, the nearest first.
+    all_hits: Vec<CrossingLine>,
+    /// There are more than these.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    has_more_hits: bool,
     container_tests: u64,
     primitive_tests: u64,
     /// Cache lines of the wide tree.
@@ -189,6 +194,25 @@ struct RaySummary {
 struct HitLine {
     t: f32,
     triangle: u32,
+}
+
+/// One of all hits.
+#[derive(Debug, Serialize)]
+struct CrossingLine {
+    t: f32,
+    triangle: u32,
+    is_front: bool,
+    /// Number of surfaces that the ray has passed through after it; both triangles of an edge are one.
+    surfaces: u32,
+    /// Of every second surface the distance from the one before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    thickness: Option<f32>,
+}
+
+impl CrossingLine {
+    const fn new(&Crossing { t, triangle, is_front, surfaces, thickness }: &Crossing) -> Self {
+        Self { t, triangle, is_front, surfaces, thickness }
+    }
 }
 
 /// A step. Numbers of tests and of nodes on the stack are those after it.
@@ -243,6 +267,8 @@ impl RaySummary {
             t_min: record.ray.t_min,
             t_max: record.ray.t_max,
             hit: record.hit.map(|(t, triangle)| HitLine { t, triangle }),
+            all_hits: record.crossings.hits.iter().map(CrossingLine::new).collect(),
+            has_more_hits: record.crossings.has_more,
             container_tests: record.counts.containers,
             primitive_tests: record.counts.primitives,
             node_lines: record.lines.map(|lines| lines.nodes),

@@ -86,6 +86,10 @@ fn the_events_of_a_ray_through_four_triangles() {
         (Some(3), Some(0), Some(2))
     );
     assert_eq!(ordered["hit"], serde_json::json!({ "t": 1.0, "triangle": 0 }));
+    let all = ordered["all_hits"].as_array().unwrap().iter();
+    let all: Vec<_> = all.map(|hit| (hit["triangle"].as_u64(), hit["t"].as_f64(), hit["thickness"].as_f64())).collect();
+    let hit = |triangle, t, thickness| (Some(triangle), Some(t), thickness);
+    assert_eq!(all, [hit(0, 1.0, None), hit(1, 2.0, Some(1.0)), hit(2, 11.0, None), hit(3, 12.0, Some(1.0))]);
     // From the other side, without order: each triangle but the last is nearer than those before, and that one is tested all the same.
     let back = [&model[..], "--origin", "13,0.25,0.25", "--direction", "-1,0,0", "--traversal", "paper"];
     let paper = json(&back);
@@ -139,9 +143,13 @@ fn the_table_has_the_events_and_the_totals() {
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(words(lines[4]), ["1", "enter", "0", "0", "1.00000", "1", "0", "0"]);
     assert_eq!(words(lines[14]), ["11", "test", "1.00000", "0", "5", "1", "2"]);
-    assert_eq!(lines.len(), 4 + 16 + 3);
+    assert_eq!(lines.len(), 4 + 16 + 4);
     assert_eq!(lines[20], "Hits triangle 0 at 1.00000.");
     assert_eq!(lines[21], "5 container tests, 1 triangle test.");
+    assert!(
+        lines[23].starts_with("All 4 hits: ") && lines[23].contains(" triangle 1 at 2.00000 (1.00000 thick), "),
+        "{out}"
+    );
     let widths: Vec<usize> = lines[4..20].iter().map(|line| line.len()).collect();
     assert!(widths.iter().all(|width| *width == widths[0]), "the columns are aligned: {out}");
 }

@@ -3,6 +3,7 @@
 use super::ray_record::RayRecord;
 use super::step::RayStep;
 use crate::lab::report_table::ReportTable;
+use crate::render::Crossings;
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::wide::trace::CacheLines;
 
@@ -41,6 +42,26 @@ pub fn ray_table(title: String, record: &RayRecord) -> ReportTable {
     }
 }
 
+/// Most hits that a note lists.
+const MOST_LISTED: usize = 16;
+
+/// All triangles on the ray as if none ended it: "All 2 hits: front of triangle 1030 at 5.28, back of triangle 7 at 8.86 (3.58 thick)."
+fn all_hits(Crossings { hits, has_more }: &Crossings) -> Option<String> {
+    let listed = hits.iter().take(MOST_LISTED).map(|hit| {
+        let side = if hit.is_front { "front" } else { "back" };
+        let thick = hit.thickness.map_or_else(String::new, |thickness| format!(" ({} thick)", distance(thickness)));
+        format!("{side} of triangle {} at {}{thick}", hit.triangle, distance(hit.t))
+    });
+    let rest = match (hits.len().saturating_sub(MOST_LISTED), has_more) {
+        (0, false) => String::new(),
+        (rest, false) => format!(", and {rest} more"),
+        (..) => ", and more".to_owned(),
+    };
+    let more = if *has_more { "More than " } else { "All " };
+    let title = format!("{more}{}", counted(hits.len() as u64, "hit"));
+    (!hits.is_empty()).then(|| format!("{title}: {}{rest}.", listed.collect::<Vec<_>>().join(", ")))
+}
+
 /// The hit, and the number of tests.
 fn notes(record: &RayRecord) -> Vec<String> {
     let [visited, wasted, skipped] = record.visits();
@@ -57,6 +78,7 @@ fn notes(record: &RayRecord) -> Vec<String> {
              and {skipped} skipped."
         ),
     ];
+    notes.extend(all_hits(&record.crossings));
     if let Some(lines) = record.lines {
         let CacheLines { nodes, triangles } = lines;
         notes
