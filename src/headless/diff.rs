@@ -18,12 +18,12 @@ use crate::budget::Budget;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::numbers::rows::{LEAVES, NODES};
 use crate::catalog::settings::short_name;
-use crate::console::{printable_json, printable_lines};
+use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::by_depth::Depth;
 use crate::lab::diff::{TreeDifference, diff};
 use crate::lab::population::Populations;
-use crate::lab::report_table::{depth_table, difference_table, number};
+use crate::lab::report_table::{depth_table, difference_table, few_entering, number};
 use crate::lab::rows::write_csv;
 use crate::lab::{Contender, Measurement, Setup, Subject};
 use crate::legend;
@@ -127,6 +127,9 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
     let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
     drop(progress);
+    for text in few_entering(&found.rows) {
+        note(format_args!("bvhscope: {text}"));
+    }
     if let Some(path) = &command.output {
         write_picture(path, command, &found, &read, &context.token)?;
     }

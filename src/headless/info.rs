@@ -184,7 +184,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     let has_faults = note_faults(&found.accel) || found.has_bad_rays;
     for VisitNumbers { sums, .. } in &found.populations {
         let entering = sums.entering_rays.unwrap_or(sums.rays).into();
-        if let Some(few) = few_entering(sums.population.name(), entering, sums.rays.into()) {
+        if let Some(few) = few_entering(sums.population, entering, sums.rays.into()) {
             note(format_args!("bvhscope: {few}"));
         }
     }

@@ -315,7 +315,9 @@ impl Run<'_> {
             }
             // Rows are reported as they come: as JSON lines, or as notes on stderr before the table.
             if !command.output.json {
-                progress.suspend(|| note(format_args!("bvhscope: {}", summary(&measured))));
+                let camera = measured.view().camera;
+                let from = if views.len() > 1 { format!(", from camera {camera}") } else { String::new() };
+                progress.suspend(|| note(format_args!("bvhscope: {}{from}", summary(&measured))));
             } else if output_failure.is_none() {
                 *output_failure = progress.suspend(|| print_json(&measured, out)).err();
                 if output_failure.is_some() && !has_files {

@@ -400,13 +400,15 @@ pub struct MeasuredRays {
 const FEW: f64 = 0.1;
 
 /// "618 of 25,315 ao rays (2.4 %) enter the model's box: …" where that are few; `None` where enough do.
-pub fn few_entering(kind: &str, entering: u64, rays: u64) -> Option<String> {
+pub fn few_entering(population: Population, entering: u64, rays: u64) -> Option<String> {
     let share = entering as f64 / rays as f64;
+    let remedy = if population.kind().is_some() { ": choose another camera" } else { "" };
     (share < FEW).then(|| {
         format!(
-            "{} of {} {kind} rays ({:.1} %) enter the model's box, too few to judge trees by: choose another camera",
+            "{} of {} {} rays ({:.1} %) enter the model's box, too few to judge trees by{remedy}",
             count(entering),
             count(rays),
+            population.name(),
             share * 100.0
         )
     })

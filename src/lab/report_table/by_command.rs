@@ -43,7 +43,7 @@ pub fn few_entering(rows: &[Measurement]) -> Vec<String> {
             .filter_map(|measured| Some((measured.population, measured.entering_rays?.into(), measured.rays.into())));
         for (population, entering, rays) in primary.into_iter().chain(others) {
             let is_known = few.iter().any(|(view, kind, _)| (*view, *kind) == (row.view(), population));
-            let found = population::few_entering(population.name(), entering, rays).filter(|_| !is_known);
+            let found = population::few_entering(population, entering, rays).filter(|_| !is_known);
             few.extend(found.map(|text| (row.view(), population, text)));
         }
     }
