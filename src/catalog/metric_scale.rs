@@ -33,7 +33,7 @@ impl MetricScale {
                 if low > high {
                     [0.0, 1.0]
                 } else if is_logarithmic {
-                    [low.min(high / LEAST_RATIO), high]
+                    [low.min(high / LEAST_RATIO).max(least), high.max(least * LEAST_RATIO)]
                 } else {
                     [low, high]
                 }
@@ -75,6 +75,7 @@ mod tests {
         assert_eq!(fitting(AREA, &[]).ends, [0.0, 1.0]);
         assert_eq!(fitting(AREA, &[0.3, 0.3]).position(0.3), 1.0, "nearly equal values are no range of their own");
         assert_eq!(fitting(REGRET, &[1e-9, 0.1]).ends, [1e-5, 0.1], "the least savings look alike");
+        assert_eq!(fitting(REGRET, &[1e-9]).ends, [1e-5, 1e-5 * LEAST_RATIO], "where there are no others, too");
         assert_eq!(fitting(REGRET, &[1e-9, 0.1]).position(f32::NAN), 0.0, "and nodes without any");
         let depths = fitting(DEPTH, &[4.0]);
         assert_eq!(

@@ -139,7 +139,7 @@ fn a_node_that_was_shrunk_is_found() {
     let model = "builtin:teapot:2";
     let made = Command::cargo_bin("bvhscope").unwrap().args(["tree", model, "-o", &tree]).output().unwrap();
     assert!(made.status.success());
-    assert_eq!(run(&[model, "--kind", "primary", "--count", "600", "-o", &file], "").0, 0);
+    assert_eq!(run(&[model, "--kind", "primary", "--count", "6000", "-o", &file], "").0, 0);
     let (code, sound) = verify(&[model, "--rays", &file, "--tree", &tree]);
     assert_eq!((code, &sound["worst"]), (0, &Value::Array(Vec::new())), "all containers and passes are right");
     assert!(sound["compared"].as_array().unwrap().len() > 10 && sound["hits"].as_u64().unwrap() > 200, "{sound}");

@@ -47,11 +47,13 @@ pub use undo::UndoStack;
 pub use views::{ViewState, ViewStates};
 pub use wanted::{HeatBasis, Wanted};
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
 use self::paper::RowFormat;
+use self::ray_file::Reading;
 use crate::accel::Accel;
 use crate::catalog::metrics::Source;
 use crate::lab::population::{Population, ViewRays};
@@ -60,6 +62,7 @@ use crate::overlay::{ColorBy, ContainerSet, NodeTable, OverlaySettings};
 use crate::render::Shading;
 use crate::render::cluster_cut::ClusterCut;
 use crate::scene::{Clip, Moment, Motion, Scene};
+use crate::text::{counted, shown_path};
 use crate::visibility::TriangleSet;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
@@ -271,6 +274,48 @@ impl AppState {
     pub fn wanted_second_ray(&self) -> Option<(Arc<Accel>, RayRequest)> {
         let second = self.model.second.as_ref()?;
         self.wanted_ray().map(|(_, request)| (Arc::clone(&second.accel), request))
+    }
+
+    /// Takes the rays of the wanted file once they are read. Returns the tree and the file for which they still are to be.
+    pub fn follow_ray_file(&mut self) -> Option<(Arc<Accel>, (PathBuf, u32))> {
+        let derived = &mut self.model.derived;
+        let Some(path) = &self.wanted.ray_file else {
+            derived.ray_file.forget();
+            if derived.population == Population::File {
+                derived.population = Population::default();
+            }
+            return None;
+        };
+        let accel = self.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel))?;
+        match derived.ray_file.follow(&accel, path) {
+            Reading::Known => None,
+            Reading::Wanted(key) => Some((accel, key)),
+            Reading::Failed(reason) => {
+                self.messages.notify(Severity::Warning, reason);
+                self.wanted.ray_file = None;
+                None
+            }
+            Reading::New(read) => {
+                derived.population = Population::File;
+                let name = shown_path(path);
+                for text in read.set.faults.texts() {
+                    self.messages.notify(Severity::Warning, format!("{name}: {text}"));
+                }
+                let rays = counted(read.set.rays.len() as u64, "rays");
+                let text = format!("{name}: {rays}. Nodes, Icicle and Plots are by them now, and Ray replays each");
+                self.messages.notify(Severity::Info, text);
+                None
+            }
+        }
+    }
+
+    /// Takes the ray of the file at this place for the view "Ray".
+    pub fn take_ray_of_file(&mut self, place: usize) {
+        let (Some(shown), Some(read)) = (&self.model.presented, self.model.derived.ray_file.rays()) else { return };
+        let place = place.min(read.set.rays.len() - 1);
+        let ray = read.set.rays[place].ray;
+        self.model.derived.ray_file.chosen = place;
+        self.model.ray.take_given(ray, shown.frame.camera, self.layout.viewport_px);
     }
 
     /// The primary rays of the wanted view, by which visits can be measured, or by others of that view.

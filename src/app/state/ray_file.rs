@@ -8,10 +8,8 @@ use glam::{DVec3, Vec3};
 use crate::accel::Accel;
 use crate::accel::tracer::Tracer as _;
 use crate::app::state::study::Study;
-use crate::app::state::{AppState, Severity};
-use crate::lab::population::Population;
 use crate::ray_file::{RayFileError, RaySet};
-use crate::text::{counted, shown_path};
+use crate::text::shown_path;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::kernel::SimdLevel;
@@ -22,7 +20,7 @@ const MOST_DRAWN: usize = 2000;
 /// The file, its rays, and which of them the user looks at.
 #[derive(Debug)]
 pub struct RayFile {
-    /// What was read of a file, the how manieth time it was opened; or why it cannot be.
+    /// Rays of a file and of the number of times that one was opened; or why it cannot be read.
     pub study: Study<(PathBuf, u32), Result<ReadRays, String>>,
     /// The rays that were read last, with their file.
     read: Option<((PathBuf, u32), Arc<ReadRays>)>,
@@ -63,8 +61,13 @@ impl RayFile {
         self.read.as_ref().map(|(_, read)| read)
     }
 
+    /// Forgets the rays.
+    pub fn forget(&mut self) {
+        self.read = None;
+    }
+
     /// Takes what was read of `path` for `accel`.
-    fn follow(&mut self, accel: &Arc<Accel>, path: &Path) -> Reading {
+    pub(super) fn follow(&mut self, accel: &Arc<Accel>, path: &Path) -> Reading {
         let key = (path.to_owned(), self.opened);
         let is_known = |(of, read): &((PathBuf, u32), Arc<ReadRays>)| *of == key && read.offset == accel.scene.offset;
         if self.read.as_ref().is_some_and(is_known) {
@@ -82,56 +85,16 @@ impl RayFile {
     }
 }
 
-/// What is known of a file.
-enum Reading {
+/// How far the wanted file is read.
+pub(super) enum Reading {
+    /// Its rays are known.
     Known,
+    /// They were read just now.
     New(Arc<ReadRays>),
+    /// It is still to be read.
     Wanted((PathBuf, u32)),
+    /// It cannot be read, for this reason.
     Failed(String),
-}
-
-impl AppState {
-    /// Takes the rays of the wanted file once they are read. Returns the tree and the file for which they still are to be.
-    pub fn follow_ray_file(&mut self) -> Option<(Arc<Accel>, (PathBuf, u32))> {
-        let derived = &mut self.model.derived;
-        let Some(path) = &self.wanted.ray_file else {
-            derived.ray_file.read = None;
-            if derived.population == Population::File {
-                derived.population = Population::default();
-            }
-            return None;
-        };
-        let accel = self.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel))?;
-        match derived.ray_file.follow(&accel, path) {
-            Reading::Known => None,
-            Reading::Wanted(key) => Some((accel, key)),
-            Reading::Failed(reason) => {
-                self.messages.notify(Severity::Warning, reason);
-                self.wanted.ray_file = None;
-                None
-            }
-            Reading::New(read) => {
-                derived.population = Population::File;
-                let name = shown_path(path);
-                for text in read.set.faults.texts() {
-                    self.messages.notify(Severity::Warning, format!("{name}: {text}"));
-                }
-                let rays = counted(read.set.rays.len() as u64, "rays");
-                let text = format!("{name}: {rays}. Nodes, Icicle and Plots are by them now, and Ray replays each");
-                self.messages.notify(Severity::Info, text);
-                None
-            }
-        }
-    }
-
-    /// Takes the ray of the file at this place for the view "Ray".
-    pub fn take_ray_of_file(&mut self, place: usize) {
-        let (Some(shown), Some(read)) = (&self.model.presented, self.model.derived.ray_file.rays()) else { return };
-        let place = place.min(read.set.rays.len() - 1);
-        let ray = read.set.rays[place].ray;
-        self.model.derived.ray_file.chosen = place;
-        self.model.ray.take_given(ray, shown.frame.camera, self.layout.viewport_px);
-    }
 }
 
 impl ReadRays {

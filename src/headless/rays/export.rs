@@ -103,8 +103,9 @@ fn rays_of(
         if is_enough || rays.is_empty() || squares >= MOST_SQUARES {
             break;
         }
-        squares = (squares * u64::from(count.unwrap_or_default())).div_ceil(rays.len() as u64) + 1;
-        squares = squares.min(MOST_SQUARES);
+        let needed = (squares * u64::from(count.unwrap_or_default())).div_ceil(rays.len() as u64);
+        // A little more, as smaller squares meet other surfaces.
+        squares = (needed + needed / 20 + 1).min(MOST_SQUARES);
         view = view.with_squares(squares as u32);
         rays = view.list(accel, token)?;
     }

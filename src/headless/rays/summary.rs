@@ -1,4 +1,4 @@
-//! What a file of rays holds.
+//! The contents of a file of rays, as `bvhscope rays` prints them.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -10,7 +10,7 @@ use super::summary::note_skipped;
 use super::{RaysCommand, of_ray_file};
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
-use crate::console::{printable_json, printable_lines};
+use crate::console::{note, printable_json, printable_lines};
 use crate::export::Protected;
 use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use crate::headless::measure::of_job;
@@ -73,7 +73,9 @@ pub(super) fn run(
         Ok::<_, Failure>((given, check))
     })?;
     let has_faults = given.is_some_and(|(_, accel)| note_faults(&accel));
-    if let Some(output) = command.output.as_ref().filter(|_| !check.worst.is_empty()) {
+    if let Some(output) = command.output.as_ref().filter(|_| check.worst.is_empty()) {
+        progress.suspend(|| note(format_args!("bvhscope: {} is not written, as no ray is wrong", shown_path(output))));
+    } else if let Some(output) = &command.output {
         let header = RayHeader {
             name: Some(format!("worst of {}", shown_path(path))),
             mesh: Some(command.source.to_string()),

@@ -1,4 +1,4 @@
-//! What a ray hits in double precision: textbook geometry that shares no code with the trees.
+//! The nearest hit of a ray in double precision: textbook geometry that shares no code with the trees.
 
 use bvhscope_engine::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
 use glam::{DVec2, DVec3};
@@ -17,7 +17,7 @@ pub struct ExactHit {
     pub triangle: u32,
 }
 
-/// What a test of every triangle finds.
+/// The result of a test of every triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reference {
     /// In double precision.

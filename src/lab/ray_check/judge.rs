@@ -1,4 +1,4 @@
-//! What was found along a ray against the exact hit.
+//! A result along a ray, judged by the exact hit.
 
 use bvhscope_engine::geometry::{Ray, Triangle};
 

@@ -81,7 +81,7 @@ pub struct Finding {
     pub name: String,
     /// How it was traced.
     pub method: String,
-    /// What is wrong.
+    /// The fault.
     pub agreement: Agreement,
     /// The nearest hit in double precision.
     pub exact: Option<ExactHit>,
@@ -107,7 +107,7 @@ pub struct RayCheck {
     pub rays: usize,
     /// Those along which there is a hit.
     pub hits: usize,
-    /// What the file expects, where it does, and what each tree finds.
+    /// The hits that the file expects, where it does, and those of each tree.
     pub compared: Vec<Compared>,
     /// The worst rays, at most [`WORST`], each once.
     pub worst: Vec<Finding>,
@@ -167,7 +167,7 @@ pub fn check_rays(
 }
 
 impl RayCheck {
-    /// What the program that wrote the rays found along them.
+    /// The hits that the program found which wrote the rays.
     fn add_expected(&mut self, triangles: &[Triangle], rays: &[CheckedRay]) {
         let mut compared = Compared::new(EXPECTED);
         for CheckedRay { ray, reference } in rays {
@@ -199,7 +199,7 @@ impl RayCheck {
         }
     }
 
-    /// What a tree finds.
+    /// The hits of a tree.
     fn add_tree(
         &mut self,
         name: &str,

@@ -41,17 +41,17 @@ fn of_file(ui: &mut Ui, state: &mut AppState) {
     let (index, pixel) = rays.get(place).map_or((0, None), |ray| (ray.index, ray.pixel));
     ui.separator();
     ui.label(RichText::new("Ray of the file").color(theme::palette(ui).dim));
-    let step = |ui: &mut Ui, symbol: &str, name: &str, is_there: bool| {
-        let response = ui.add_enabled(is_there, Button::new(symbol));
+    let step = |ui: &mut Ui, text: &str, name: &str, is_there: bool| {
+        let response = ui.add_enabled(is_there, Button::new(text));
         response.widget_info(|| WidgetInfo::labeled(Role::Button, is_there, name));
         response.tip(name).clicked()
     };
-    let before = step(ui, "◀", "Ray before", place > 0);
+    let before = step(ui, "Before", "Ray before", place > 0);
     let at = pixel.map_or_else(String::new, |[x, y]| format!(", pixel {x},{y}"));
     let all = format::count(rays.len() as u64);
     let tip = format!("Its place among the {all} that were read: ray {index} of the file{at}");
     let typed = ui.add(DragValue::new(&mut place).range(0..=last).speed(0.2)).tip(tip).changed();
-    let next = step(ui, "▶", "Next ray", place < last);
+    let next = step(ui, "Next", "Next ray", place < last);
     let again = ui.button("Replay").tip("Record this ray step by step").clicked();
     if before || typed || next || again {
         state.take_ray_of_file((place + usize::from(next)).saturating_sub(usize::from(before)));
