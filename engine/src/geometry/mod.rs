@@ -3,6 +3,7 @@
 mod aabb;
 mod dop;
 mod dop_faces;
+mod extent;
 mod extremes;
 mod lens;
 mod oriented;
@@ -31,6 +32,7 @@ pub use dop::Dop14;
 pub(crate) use dop::{DIAGONAL_PAD, half_area_between};
 pub use dop_faces::DopFace;
 pub(crate) use dop_faces::cut;
+pub use extent::Extent;
 pub(crate) use extremes::Extremes;
 pub(crate) use intersect::{EDGE_MAX, EDGE_MIN, FAR_SLACK};
 pub use intersect::{PairEntry, TriangleHit};
