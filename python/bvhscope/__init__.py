@@ -22,6 +22,7 @@ Conventions of all functions:
   give results for some mixture of old and new numbers, and do no harm.
 """
 
-from ._tree import AllHits, ClosestPoints, Hits, TestCounts, Tree, build, load
+from ._program import measure
+from ._tree import AllHits, ClosestPoints, Counts, Hits, Tree, build, load
 
-__all__ = ["AllHits", "ClosestPoints", "Hits", "TestCounts", "Tree", "build", "load"]
+__all__ = ["AllHits", "ClosestPoints", "Counts", "Hits", "Tree", "build", "load", "measure"]

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
+import base64
+import html
 import json
 import os
 import secrets
+import shutil
+import subprocess
+import tempfile
 import warnings
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -12,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _engine
+from . import _engine, _picture
+from ._program import program
 
 
 class Hits(NamedTuple):
@@ -64,10 +71,8 @@ class ClosestPoints(NamedTuple):
     """Part of the triangle: 0 is the face, 1 to 3 are its edges ab, bc and ca, 4 to 6 its corners a, b and c."""
 
 
-class TestCounts(NamedTuple):
+class Counts(NamedTuple):
     """Number of tests that each ray takes in the tree. Both arrays have the shape of the rays."""
-
-    __test__ = False  # pytest collects classes of this name otherwise.
 
     containers: NDArray[np.int64]
     """Tests of containers."""
@@ -340,7 +345,7 @@ class Tree:
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = np.inf,
         threads: int = 0,
-    ) -> TestCounts:
+    ) -> Counts:
         """Count the tests of containers and triangles that each ray takes in the tree: a measure of cost that no machine changes.
 
         Parameters
@@ -354,7 +359,7 @@ class Tree:
 
         Returns
         -------
-        TestCounts
+        Counts
             ``containers`` and ``triangles``, each of the shape of the rays.
 
         Examples
@@ -366,7 +371,7 @@ class Tree:
         (3, 1)
         """
         rays = (origins, directions, t_min, t_max, threads)
-        return TestCounts(*self._core.tests(rays, _stops_at_any(query), traversal))
+        return Counts(*self._core.tests(rays, _stops_at_any(query), traversal))
 
     def visits(
         self,
@@ -587,6 +592,109 @@ class Tree:
             array.flags.writeable = False
             arrays[name] = array
         return arrays[name]
+
+    @property
+    def triangles(self) -> NDArray[np.float32]:
+        """(m, 3, 3): the corners of the triangles. Less :attr:`offset`; read-only."""
+        return self._array("triangles", self._core.triangles)
+
+    # Pictures
+
+    def render(
+        self,
+        size: tuple[int, int] = (640, 480),
+        *,
+        color: str = "lit",
+        eye: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+        up: ArrayLike = (0.0, 1.0, 0.0),
+        threads: int = 0,
+    ) -> NDArray[np.uint8]:
+        """Draw the triangles, with one ray for each pixel.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height in pixels.
+        color : str
+            "lit": by a lamp at the eye; "tests": by the tests that each pixel takes in the tree, white for the most.
+        eye, target : (3,) float, optional
+            The observer, and the point in the middle of the picture; without them the whole mesh is seen.
+        up : (3,) float
+            Direction that points upwards in the picture.
+        threads : int
+            Number of threads, 0 for all cores.
+
+        Returns
+        -------
+        (height, width, 3) uint8
+            Red, green and blue of each pixel, the upper rows first.
+
+        Raises
+        ------
+        ValueError
+            Where an argument is wrong; names it and what to do.
+
+        Examples
+        --------
+        >>> import bvhscope
+        >>> tree = bvhscope.build([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+        >>> picture = tree.render((32, 24))
+        >>> picture.shape, picture.dtype, bool((picture[0, 0] == 255).all()), bool((picture < 255).any())
+        ((24, 32, 3), dtype('uint8'), True, True)
+        """
+        draw = {"lit": _picture.lit, "tests": _picture.counted}.get(color)
+        if draw is None:
+            raise ValueError(f"color: '{color}' is none of 'lit', 'tests'")
+        if min(size) < 1:
+            raise ValueError(f"size: {size[0]} x {size[1]}: give at least 1 x 1")
+        bounds = self.triangles.reshape(-1, 3) if self.triangle_count else np.zeros((1, 3))
+        box = np.stack([bounds.min(axis=0), bounds.max(axis=0)]).astype(np.float64) + self.offset
+        return draw(self, *_picture.camera_rays(box, size, eye, target, up), threads)
+
+    def show(self) -> subprocess.Popen[bytes]:
+        """Open the window of the program bvhscope on mesh and tree, without waiting for it.
+
+        The program must be in the path, or named by the environment variable ``BVHSCOPE_PROGRAM``.
+
+        Returns
+        -------
+        subprocess.Popen
+            The program. The file that it opens, in the folder for temporary files, stays until this process ends.
+
+        Raises
+        ------
+        FileNotFoundError
+            Where the program is not found.
+        """
+        name = program()
+        folder = tempfile.mkdtemp(prefix="bvhscope-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        path = os.path.join(folder, "tree.bvh")
+        self.save(path)
+        return subprocess.Popen([name, path], stdin=subprocess.DEVNULL)
+
+    def _repr_png_(self) -> bytes:
+        return _picture.png(self.render((320, 240)))
+
+    def _repr_html_(self) -> str:
+        stats = self.stats()
+        rows = [
+            ("Triangles", f"{stats['triangles']:,}"),
+            ("Containers", stats["container"]),
+            ("Builder", html.escape(stats["builder"] or "unknown")),
+            ("Nodes", f"{stats['nodes']:,}"),
+            ("Leaves", f"{stats['leaves']:,} of {stats['mean_leaf_size']:.2f} triangles"),
+            ("Depth", f"{stats['max_depth']}"),
+            ("SAH cost", f"{stats['sah_cost']:.2f}"),
+            ("Memory", f"{(stats['tree_bytes'] + stats['wide_bytes']) / 1e6:,.1f} MB"),
+        ]
+        if stats["build_ms"] is not None:
+            rows.insert(3, ("Build", f"{stats['build_ms']:,.1f} ms"))
+        table = "".join(f"<tr><th style='text-align: left'>{name}</th><td>{value}</td></tr>" for name, value in rows)
+        picture = base64.b64encode(self._repr_png_()).decode()
+        image = f"<img width='320' height='240' alt='The triangles' src='data:image/png;base64,{picture}'>"
+        return f"<div style='display: flex; gap: 1em'><table>{table}</table>{image}</div>"
 
     # Triangles that move, files
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from trimesh import caching
 
 from ._tree import Tree, build
 
@@ -46,17 +45,19 @@ class RayMeshIntersector:
         Number of threads, 0 for all cores.
     """
 
-    def __init__(
-        self, geometry: Trimesh, scale_to_box: bool = True, *, preset: str = "fast", threads: int = 0
-    ) -> None:
+    def __init__(self, geometry: Trimesh, scale_to_box: bool = True, *, preset: str = "fast", threads: int = 0) -> None:
         self.mesh = geometry
-        self._settings = {"preset": preset, "threads": threads}
-        self._cache = caching.Cache(id_function=self.mesh.__hash__)
+        self._preset = preset
+        self._threads = threads
+        self._made: tuple[int, Tree] | None = None
 
-    @caching.cache_decorator
+    @property
     def tree(self) -> Tree:
         """The :class:`bvhscope.Tree` of the mesh."""
-        return build(self.mesh.vertices, self.mesh.faces, **self._settings)
+        key = hash(self.mesh)
+        if self._made is None or self._made[0] != key:
+            self._made = key, build(self.mesh.vertices, self.mesh.faces, preset=self._preset, threads=self._threads)
+        return self._made[1]
 
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
@@ -117,7 +118,7 @@ class RayMeshIntersector:
             The hits, where `return_locations`.
         """
         origins, directions = _rays(ray_origins, ray_directions)
-        threads = self._settings["threads"]
+        threads = self._threads
         if multiple_hits:
             hits = self.tree.all_hits(origins, directions, threads=threads)
             index_tri, index_ray, t = hits.triangle, hits.ray, hits.t
@@ -147,7 +148,9 @@ class RayMeshIntersector:
         along = np.einsum("ij,ij->i", normals, directions)
         across = np.abs(along) > 1e-6 * np.linalg.norm(normals, axis=1)
         to_plane = np.einsum("ij,ij->i", normals, triangles[:, 0] - origins)
-        return np.divide(to_plane, along, out=t.astype(np.float64), where=across)
+        distances: NDArray[np.float64] = t.astype(np.float64)
+        np.divide(to_plane, along, out=distances, where=across)
+        return distances
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int64]:
         """Return the first triangle of each ray.
@@ -163,7 +166,7 @@ class RayMeshIntersector:
             Numbers of triangles, -1 where a ray misses.
         """
         rays = _rays(ray_origins, ray_directions)
-        return self.tree.closest_hit(*rays, threads=self._settings["threads"]).triangle.astype(np.int64)
+        return self.tree.closest_hit(*rays, threads=self._threads).triangle.astype(np.int64)
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each ray hits the mesh.
@@ -177,7 +180,7 @@ class RayMeshIntersector:
         -------
         (n,) bool
         """
-        return self.tree.any_hit(*_rays(ray_origins, ray_directions), threads=self._settings["threads"])
+        return self.tree.any_hit(*_rays(ray_origins, ray_directions), threads=self._threads)
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each point lies inside of the mesh. For a mesh that is not closed the answer means nothing.
@@ -191,19 +194,13 @@ class RayMeshIntersector:
         -------
         (n,) bool
         """
-        return self.tree.contains(points, check=False, threads=self._settings["threads"])
+        return self.tree.contains(points, check=False, threads=self._threads)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = self.__dict__.copy()
-        state.pop("_cache", None)
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._cache = caching.Cache(id_function=self.mesh.__hash__)
+        return self.__dict__ | {"_made": None}
 
     def __copy__(self) -> RayMeshIntersector:
-        return RayMeshIntersector(self.mesh, **self._settings)
+        return RayMeshIntersector(self.mesh, preset=self._preset, threads=self._threads)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> RayMeshIntersector:
         return self.__copy__()
@@ -218,9 +215,7 @@ def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64
     return origins, np.divide(directions, lengths, out=directions.copy(), where=lengths > 0)
 
 
-def _distinct(
-    index_ray: NDArray[np.int64], distances: NDArray[np.float64], tolerance: float, max_hits: int
-) -> NDArray[np.bool_]:
+def _distinct(index_ray: NDArray[np.int64], distances: NDArray[np.float64], tolerance: float, max_hits: int) -> NDArray[np.bool_]:
     """Which hits, sorted by ray and distance, are not at the location of the one before, and among the first `max_hits` of a ray."""
     if not len(index_ray):
         return np.zeros(0, dtype=bool)
@@ -230,4 +225,5 @@ def _distinct(
     count = np.cumsum(is_new)
     starts = np.flatnonzero(np.diff(index_ray, prepend=-1))
     before = np.repeat(count[starts] - 1, np.diff(np.append(starts, len(index_ray))))
-    return is_new & (count - before <= max_hits)
+    is_new &= count - before <= max_hits
+    return is_new

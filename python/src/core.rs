@@ -314,6 +314,13 @@ impl Core {
         self.model().offset.to_array()
     }
 
+    /// The corners of the triangles.
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let model = self.model();
+        let count = model.triangles.len();
+        shaped::<f32>(py, bytemuck::cast_slice(&model.triangles).to_vec(), &[count, 3], 3)
+    }
+
     /// The numbers of each node's container.
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let model = self.model();

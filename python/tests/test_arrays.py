@@ -131,7 +131,10 @@ VERTICES = TRIANGLES.reshape(-1, 3)
         (lambda: bvhscope.build(VERTICES, [[0, 1, 2], [3, 2, -1]]), "faces: row 1 names vertex -1: there are 900 vertices"),
         (lambda: bvhscope.build(VERTICES, [[0, 1, 2**40]]), "faces: row 0 names vertex 1099511627776: there are 900"),
         (lambda: bvhscope.build(VERTICES, [[0.0, 1.0, 2.0]]), "faces: an array of float64: give whole numbers"),
-        (lambda: bvhscope.build([[[0, 0, 0], [1, 0, 0], [0, np.nan, 0]]]), r"vertices: vertex 2 of triangle 0 is \(0, NaN, 0\): give"),
+        (
+            lambda: bvhscope.build([[[0, 0, 0], [1, 0, 0], [0, np.nan, 0]]]),
+            r"vertices: vertex 2 of triangle 0 is \(0, NaN, 0\): give",
+        ),
         (lambda: bvhscope.build([[[0, 0, 0], [1, 0, 0], [0, 1e30, 0]]]), "vertices: vertex 2 of triangle 0 is .*finite"),
         (lambda: bvhscope.build([[[0, 0, 0], [1, 0, 0], [0, 1j, 0]]]), "vertices: an array of complex128: give real numbers"),
         (lambda: bvhscope.build([[1, 2], [3]]), "vertices: cannot become an array: "),
@@ -145,8 +148,14 @@ VERTICES = TRIANGLES.reshape(-1, 3)
         (lambda: bvhscope.build(TRIANGLES, builder="binned-sah", container="sphere"), "makes no spheres: choose boxes"),
         (lambda: TREE.any_hit([[0, 0]], [[0, 0, 1]]), r"origins: shape \(1, 2\): give x, y, z along the last axis"),
         (lambda: TREE.any_hit(ORIGINS, 1.0), r"directions: shape \(\): give x, y, z along the last axis"),
-        (lambda: TREE.any_hit(ORIGINS, DIRECTIONS[:5]), r"directions: shape \(5, 3\) with origins of shape \(3000, 3\): give as many"),
-        (lambda: TREE.any_hit(ORIGINS, DIRECTIONS, t_max=[1, 2]), r"t_max: shape \(2,\): give one number, or an array of .*\(3000,\)"),
+        (
+            lambda: TREE.any_hit(ORIGINS, DIRECTIONS[:5]),
+            r"directions: shape \(5, 3\) with origins of shape \(3000, 3\): give as many",
+        ),
+        (
+            lambda: TREE.any_hit(ORIGINS, DIRECTIONS, t_max=[1, 2]),
+            r"t_max: shape \(2,\): give one number, or an array of .*\(3000,\)",
+        ),
         (lambda: TREE.all_hits(ORIGINS, DIRECTIONS, max_hits=0), "max_hits: 0: give at least 1, or None for all"),
         (lambda: TREE.tests(ORIGINS, DIRECTIONS, query="first"), "query: 'first' is none of 'closest', 'any'"),
         (lambda: TREE.visits(ORIGINS, DIRECTIONS, traversal="x"), "traversal: 'x' is none of 'ordered', 'paper'"),
@@ -164,7 +173,7 @@ def test_a_wrong_argument_is_named_with_what_to_do(call, message):
 def test_the_memory_of_an_array_stays_while_a_call_reads_it():
     for view in (lambda array: array, lambda array: array[1:]):
         origins = np.tile(ORIGINS, (100, 1))
-        call = threading.Thread(target=lambda: TREE.all_hits(view(origins), [1, 1, 1]))
+        call = threading.Thread(target=TREE.all_hits, args=(view(origins), [1, 1, 1]))
         call.start()
         refused = None
         while call.is_alive() and refused is None:

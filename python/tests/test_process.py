@@ -1,7 +1,6 @@
 """Threads, signals and forks."""
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -43,7 +42,7 @@ except KeyboardInterrupt:
     ],
 )
 def test_ctrl_c_ends_a_call_and_leaves_tree_and_threads_usable(call):
-    program = subprocess.run([sys.executable, "-c", LONG.replace("CALL", call)], capture_output=True, text=True)
+    program = subprocess.run([sys.executable, "-c", LONG.replace("CALL", call)], capture_output=True, text=True, check=False)
     assert (program.stdout, program.returncode) == ("interrupted 20000 19\n", 0), program.stderr
 
 

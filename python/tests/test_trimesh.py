@@ -14,8 +14,7 @@ from . import brute
 
 trimesh = pytest.importorskip("trimesh")
 
-import bvhscope.trimesh  # noqa: E402
-from bvhscope.trimesh import RayMeshIntersector  # noqa: E402
+from bvhscope.trimesh import RayMeshIntersector
 
 # A source package of the version that is installed, which has the tests.
 SOURCE = os.environ.get("BVHSCOPE_TRIMESH_SOURCE")
