@@ -4,6 +4,7 @@
 # Others for packages and measurements:
 #   make install  installs program, desktop entry, icons, man pages and completions under PREFIX
 #   make deb      builds a Debian package of the same files in target/debian/
+#   make wheel    builds the package of Python in target/wheels/; make python-test tests it
 #   make peers    measures beside other engines, with flags as in PEERS="--scenes bunny,dragon --json",
 #                 or writes their trees as files: PEERS="--scenes bunny --dump trees"
 # Each installs missing system packages first. Everything else is plain cargo.
@@ -14,7 +15,7 @@ SHELL := /bin/bash
 # Loaded by the window and the overlay at run time; compiling needs a C linker only.
 RUN_PACKAGES := mesa-vulkan-drivers libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0
 # Further packages for the tests of the real window.
-TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-xlib
+TEST_PACKAGES := $(RUN_PACKAGES) xvfb xdotool x11-apps python3-venv python3-xlib
 
 # The commit that rows of measurements name; with "-dirty" where files were changed since. Empty without git or outside of a clone.
 export BVHSCOPE_COMMIT ?= $(shell git describe --always --abbrev=12 --dirty --exclude '*' 2>/dev/null)
@@ -26,7 +27,10 @@ LIST_SKIPPED = if [ -s "$$BVHSCOPE_SKIPPED" ]; then echo "Not checked here:"; so
 # The output of all tests, whose results are added up at the end.
 TEST_LOG := target/tests.log
 
-.PHONY: run test format unit docs headless peers counts tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
+# The workspace without the crate of Python, whose library has symbols that only an interpreter has: tests cannot be linked with it.
+RUST_WORKSPACE := --workspace --exclude bvhscope-python
+
+.PHONY: run test format unit docs headless python-test python-examples wheel peers counts tables screenshots dist install deb deps-run deps-test deps-peers deps-deb
 
 run: deps-run
 	cargo build --release
@@ -37,7 +41,7 @@ run: deps-run
 		cargo run -q --release -- render builtin:teapot --overlay box --depth 4..6 --size 1280x800 -o teapot.png; \
 	fi
 
-test: deps-test format unit docs headless
+test: deps-test format unit docs headless python-test
 	@$(LIST_SKIPPED)
 	@echo "Passed: format, lints, $$(awk '/^test result:/ { n += $$4 } END { print n }' $(TEST_LOG)) tests, documentation."
 
@@ -46,29 +50,52 @@ format:
 
 # Everything is compiled with lints, and once: no second time in release, as debug assertions are switched by `cfg!(debug_assertions)`,
 # which is compiled either way.
-unit docs headless: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
+unit docs headless python-test: export RUSTC_WORKSPACE_WRAPPER := $(CURDIR)/tests/compile_and_lint.sh
 
 # The tests of the real window mostly wait for it, so they run beside others, one more of these than there are cores, and those of the
 # engine and of memory follow: either half takes about as long as the other.
 # Without the variable Mesa asks a Wayland display for its device, and each test that draws writes an error about it (src/main.rs).
 unit: export NODEVICE_SELECT ?= 1
 unit:
-	cargo test --workspace --all-targets --no-run
+	cargo test $(RUST_WORKSPACE) --all-targets --no-run
 	@rm -f "$$BVHSCOPE_SKIPPED"; beside_log=$$(mktemp); trap 'rm -f "$$beside_log"' EXIT; \
-	cargo test --workspace --no-fail-fast --test window --test engine --test memory >"$$beside_log" 2>&1 & \
-	RUST_TEST_THREADS=$$(($$(nproc) + 1)) cargo test --workspace --no-fail-fast --lib --test '[!emw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
+	cargo test $(RUST_WORKSPACE) --no-fail-fast --test window --test engine --test memory >"$$beside_log" 2>&1 & \
+	RUST_TEST_THREADS=$$(($$(nproc) + 1)) cargo test $(RUST_WORKSPACE) --no-fail-fast --lib --test '[!emw]*' 2>&1 | tee $(TEST_LOG); others=$$?; \
 	wait $$!; beside=$$?; tee -a $(TEST_LOG) <"$$beside_log"; [ $$((others | beside)) = 0 ] || { $(LIST_SKIPPED); exit 1; }
 
 # The documentation is written while its examples are tested (tests/document.sh).
 docs: export RUSTDOC := $(CURDIR)/tests/document.sh
 docs:
-	cargo test --workspace --doc 2>&1 | tee -a $(TEST_LOG)
+	cargo test $(RUST_WORKSPACE) --doc 2>&1 | tee -a $(TEST_LOG)
 
 # The program for servers, without window and overlay, the one that writes man pages, and the engine as others use it. The tests need
 # the window. With the examples, of which there are none, because the development dependencies leave fewer crates to check again.
 headless:
 	cargo check --no-default-features --features dist,ktx2 --lib --bins --examples
 	cargo check -p bvhscope-engine --no-default-features --lib
+
+# The package of Python: its library is built with the workspace, so that it takes the engine that `unit` has compiled. Neither needs an
+# interpreter; where there is none, the tests are skipped.
+python-test: export PYO3_NO_PYTHON := 1
+python-test: export PYO3_BUILD_EXTENSION_MODULE := 1
+python-test:
+	cargo build --workspace --lib
+	@bash python/run_tests.sh $(PYTEST)
+
+# The package of Python for this machine, for all versions from 3.10 on.
+wheel:
+	@bash python/environment.sh target/python/build 'maturin>=1.16,<2'
+	target/python/build/bin/maturin build --release --locked -m python/Cargo.toml -o target/wheels
+
+# The notebooks, and the examples that spread a sweep, each on two processes of this machine: what they need is large.
+python-examples: wheel
+	@bash python/environment.sh target/python/examples 'dask[distributed]' matplotlib ray
+	target/python/examples/bin/pip install --quiet --force-reinstall --no-deps target/wheels/bvhscope-*.whl
+	target/python/examples/bin/python python/examples/run_notebooks.py python/notebooks/*.ipynb
+	target/python/examples/bin/python python/examples/sweep.py | cut -f 1-3,5- > target/python/sweep.txt
+	for spread in dask ray; do \
+		target/python/examples/bin/python python/examples/sweep_$$spread.py | cut -f 1-3,5- | diff target/python/sweep.txt - || exit 1; \
+	done
 
 # Takes every picture of README.md, docs and assets/screenshots again: those of the window, with which tests compare it, and those by
 # the command `render`, of the models in BVHSCOPE_MODELS. Look at all of them. The figures in assets/paper are made by the commands
@@ -86,7 +113,7 @@ counts:
 
 # Writes the tables between marker comments in docs/ from docs/performance.jsonl and docs/counts.jsonl. A test compares them.
 tables:
-	UPDATE_TABLES=1 cargo test --workspace --test source tables
+	UPDATE_TABLES=1 cargo test $(RUST_WORKSPACE) --test source tables
 
 # Where `make install` puts the files; DESTDIR goes in front, for packages.
 PREFIX ?= /usr/local
