@@ -1,9 +1,11 @@
 """Threads, signals and forks."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 import warnings
 
 import numpy as np
@@ -42,19 +44,23 @@ except KeyboardInterrupt:
     ],
 )
 def test_ctrl_c_ends_a_call_and_leaves_tree_and_threads_usable(call):
-    program = subprocess.run([sys.executable, "-c", LONG.replace("CALL", call)], capture_output=True, text=True, check=False)
+    program = subprocess.run(
+        [sys.executable, "-c", LONG.replace("CALL", call)], capture_output=True, text=True, check=False, timeout=300
+    )
     assert (program.stdout, program.returncode) == ("interrupted 20000 19\n", 0), program.stderr
 
 
 def test_other_threads_run_during_a_call():
     tree = bvhscope.build(brute.soup(1000), builder="none")
-    origins, directions = brute.rays(20_000)
-    call = threading.Thread(target=lambda: tree.closest_hit(origins, directions, threads=1))
-    call.start()
-    rounds = 0
-    while call.is_alive():
-        rounds += 1
-    assert rounds > 100
+    origins, directions = brute.rays(100_000)
+    thread = threading.Thread(target=tree.closest_hit, args=(origins, directions), kwargs={"threads": 1})
+    # From before the start, which waits for the thread.
+    times = [time.perf_counter()]
+    thread.start()
+    while thread.is_alive():
+        times.append(time.perf_counter())
+    # A call that keeps the lock is one long gap.
+    assert np.diff(times).max() < (times[-1] - times[0]) / 2
 
 
 def test_threads_share_a_tree_while_it_is_refitted():
@@ -91,6 +97,8 @@ def test_a_forked_process_has_threads_of_its_own():
         child = os.fork()
     if child == 0:
         try:
+            # Waiting for threads that are not there would not end.
+            signal.alarm(120)
             same = np.array_equal(tree.closest_hit(*rays).t, expected.t)
             os._exit(0 if same and len(bvhscope.build(brute.soup(1000)).bounds) == len(tree.bounds) else 1)
         finally:

@@ -56,6 +56,7 @@ const TEXTS: &[(&str, &[&str])] = &[
     ("docs", &["md"]),
     ("assets", &["txt"]),
     ("examples", &["rs"]),
+    ("python", &["rs", "py", "md"]),
 ];
 
 /// The text of a comment line; `None` for other lines.
