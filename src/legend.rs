@@ -10,7 +10,7 @@ use crate::lab::plot::{Axis, Scale, font, text_width, tick_text};
 #[cfg(feature = "gui")]
 use crate::overlay::Role;
 use crate::overlay::{self, ColorScale, NodeTable, Shown};
-use crate::render::{Background, Frame, Shading};
+use crate::render::{Background, Frame, HeatKind, Shading};
 
 /// Narrowest picture that has a legend unless one is asked for, in pixels.
 const NARROWEST: u32 = 240;
@@ -57,6 +57,9 @@ pub fn of_picture(frame: &Frame, geometry: bool, containers: Option<(&NodeTable,
 fn of_values(frame: &Frame) -> Option<Key> {
     let [low, high] = frame.value_range;
     let quantity = match frame.settings.shading {
+        Shading::Heat(HeatKind::ClosestPoint) => {
+            format!("{} of each pixel", capitalized(HeatKind::ClosestPoint.counted()))
+        }
         Shading::Heat(kind) => format!("{} of each ray", capitalized(kind.counted())),
         Shading::Depth => "Distance from the observer, in units of the model".to_owned(),
         Shading::Thickness => "Thickness along the ray, in units of the model".to_owned(),

@@ -327,8 +327,6 @@ impl Shading {
         Self::Normals,
         Self::Depth,
         Self::AmbientOcclusion,
-        Self::Thickness,
-        Self::Distance,
         Self::Clusters,
         Self::Heat(HeatKind::Both),
         Self::Heat(HeatKind::Containers),
@@ -336,6 +334,8 @@ impl Shading {
         Self::Heat(HeatKind::Steps),
         Self::Heat(HeatKind::Lines),
         Self::Heat(HeatKind::WholeRay),
+        Self::Thickness,
+        Self::Distance,
         Self::Heat(HeatKind::AllHits),
         Self::Heat(HeatKind::ClosestPoint),
     ];

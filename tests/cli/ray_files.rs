@@ -158,13 +158,13 @@ fn a_node_that_was_shrunk_is_found() {
     std::fs::write(&tree, bytes).unwrap();
     let (code, check) = verify(&[model, "--rays", &file, "--tree", &tree, "-o", &worst]);
     assert_eq!(code, 3);
-    let (wrong, right) = (rays_of(&check, "t.bvh"), rays_of(&check, "box"));
+    let (wrong, right) = (rays_of(&check, &tree), rays_of(&check, "box"));
     assert!(wrong["false_miss"] + wrong["other_distance"] > 5, "{wrong:?}");
     assert_eq!(right["false_miss"] + right["other_distance"] + right["leak"] + right["false_hit"], 0);
     for finding in check["worst"].as_array().unwrap() {
         assert_eq!(
             (&finding["tree"], &finding["blamed"]["node"]),
-            (&"t.bvh".into(), &(node as u64).into()),
+            (&tree.as_str().into(), &(node as u64).into()),
             "{finding}"
         );
         assert!(finding["pixel"].is_array(), "{finding}");
