@@ -11,7 +11,7 @@ use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
 use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
-use super::rays::read_rays;
+use super::ray_input::read_rays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::budget::Budget;

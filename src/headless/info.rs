@@ -9,7 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
-use super::rays::read_rays;
+use super::ray_input::read_rays;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;

@@ -9,7 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::MomentChoice;
 use super::picture::note_written;
 use super::progress::Progress;
-use super::rays::read_rays;
+use super::ray_input::read_rays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
@@ -40,7 +40,7 @@ pub struct Output {
     pub json: bool,
     /// How tables are written.
     pub format: TableFormat,
-    /// CSV file to write as well; [`STDOUT`] takes the place of the tables.
+    /// CSV file to write as well; `-` takes the place of the tables.
     pub csv: Option<PathBuf>,
     /// Plot to draw as well.
     pub plot: Option<PathBuf>,

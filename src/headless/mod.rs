@@ -22,6 +22,7 @@ pub mod measure;
 pub mod plot;
 mod progress;
 pub mod ray;
+mod ray_input;
 pub mod rays;
 pub mod tree;
 mod tree_numbers;

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::progress::Progress;
-use super::rays::nth_ray;
+use super::ray_input::nth_ray;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;

@@ -5,7 +5,7 @@ use std::fmt;
 use super::FileRay;
 use crate::text::{count, counted};
 
-/// What is wrong with a ray.
+/// A fault of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RayFault {
     /// A coordinate that is NaN or infinite, or a limit that is NaN.

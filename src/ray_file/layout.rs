@@ -1,4 +1,4 @@
-//! What the format of ray files consists of.
+//! The parts of the format of ray files.
 
 use serde::{Deserialize, Serialize};
 

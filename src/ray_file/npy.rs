@@ -98,7 +98,7 @@ fn header(source: &mut dyn Read) -> Result<String, RayFileError> {
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
 
-/// What follows a key and its colon.
+/// The text after a key and its colon.
 fn after<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     let (_, rest) = header.split_once(&format!("'{key}'"))?;
     Some(rest.trim_start().strip_prefix(':')?.trim_start())

@@ -1,4 +1,4 @@
-//! The views of the dock, a folder each: its state, what it shows and what it derives. [`VIEWS`] is the only list of them.
+//! The views of the dock, a folder each: its state, what it shows and what it derives. `VIEWS` is the only list of them.
 
 mod axes;
 pub(crate) mod parts;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::RaysCommand;
+use super::command::RaysCommand;
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::budget::Budget;

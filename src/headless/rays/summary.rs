@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::command::RaysCommand;
 use super::export::{offset_of, write};
-use super::{RaysCommand, of_ray_file};
-use crate::console::{note, printable_json, printable_lines};
+use crate::console::{printable_json, printable_lines};
 use crate::export::Protected;
 use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader};
 use crate::headless::progress::Progress;
+use crate::headless::ray_input::{note_skipped, of_ray_file};
 use crate::ray_file::{FileRay, RayFaults, RayHeader, RayReader, RaySet};
 use crate::scene::Scene;
 use crate::text::{counted, number, printable, shown_path};
@@ -84,13 +85,6 @@ pub(super) fn run(
     counts.skipped_rays = faults.count();
     print(command, path, (header, counts, &faults), context)?;
     Ok(Finished { warned: !faults.is_empty() })
-}
-
-/// Prints the rays that were skipped to stderr.
-pub(super) fn note_skipped(path: &Path, faults: &RayFaults) {
-    for text in faults.texts() {
-        note(format_args!("bvhscope: {}: {text}", shown_path(path)));
-    }
 }
 
 fn print(

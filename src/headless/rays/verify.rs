@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::command::{RaysCommand, Sample};
 use super::export::{offset_of, write};
-use super::summary::note_skipped;
-use super::{RaysCommand, of_ray_file};
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::console::{note, printable_json, printable_lines};
@@ -15,6 +14,7 @@ use crate::export::Protected;
 use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
 use crate::headless::measure::of_job;
 use crate::headless::progress::Progress;
+use crate::headless::ray_input::{note_skipped, of_ray_file};
 use crate::headless::tree_origin::{TreeOrigin, note_faults};
 use crate::lab::ray_check::{Agreement, Blamed, Compared, Finding, RayCheck, check_rays, check_table};
 use crate::provenance::VERSION;
@@ -22,33 +22,6 @@ use crate::ray_file::{FileRay, MISS, RayFaults, RayFileError, RayHeader, RayRead
 use crate::scene::Scene;
 use crate::text::{count, shown_path};
 use bvhscope_engine::cancel::CancelToken;
-
-/// Tests of triangles by default: seconds on a few cores.
-const TESTS: usize = 1 << 30;
-/// Fewest and most rays by default.
-const RAYS: [usize; 2] = [100, 10_000];
-
-/// How many rays of a file are checked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sample {
-    /// As many as take some seconds.
-    Default,
-    /// So many, at equal distances.
-    Rays(usize),
-    /// All.
-    All,
-}
-
-impl Sample {
-    /// Number of rays at most, in a model of so many triangles.
-    fn rays(self, triangles: usize) -> usize {
-        match self {
-            Self::Default => (TESTS / triangles.max(1)).clamp(RAYS[0], RAYS[1]),
-            Self::Rays(rays) => rays,
-            Self::All => usize::MAX,
-        }
-    }
-}
 
 /// Checks rays, prints the results, and writes the worst rays where an output is named.
 pub(super) fn run(
