@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::FileRay;
+use super::ray::FileRay;
 use crate::text::{count, counted};
 
 /// A fault of a ray.

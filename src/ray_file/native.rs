@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::error::RayFileError;
 use super::layout::{ARRAYS, MAGIC, MAX_HEADER, RayHeader, VERSION};
-use super::reader::{RawRay, Seekable};
+use super::ray::{RawRay, Seekable};
 
 /// Maximum length of the version in the first line.
 const MAX_VERSION: u64 = 20;

@@ -5,7 +5,7 @@
 use std::io::Read;
 
 use super::error::RayFileError;
-use super::reader::RawRay;
+use super::ray::RawRay;
 
 /// The first bytes.
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";

@@ -8,46 +8,16 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Ray;
 use glam::{DVec3, Vec3};
 
-use super::FileRay;
 use super::error::RayFileError;
 use super::faults::{RayFault, RayFaults};
 use super::layout::{self, RayHeader};
 use super::native::Native;
 use super::npy::{self, Npy};
+use super::ray::{CHUNK_RAYS, FileRay, RawRay, Seekable};
 use super::text::Text;
 use crate::budget::Budget;
 use crate::console::{open_input, standard_input};
 use crate::scene::from_file;
-
-/// Rays of a chunk: 1.3 MB.
-pub const CHUNK_RAYS: usize = 1 << 14;
-
-/// A source that can be read at any place.
-pub trait Seekable: Read + Seek {}
-impl<S: Read + Seek> Seekable for S {}
-
-/// A ray as a file has it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RawRay {
-    /// Origin, t_min, direction, t_max.
-    pub(super) numbers: [f64; 8],
-    pub(super) any: bool,
-    pub(super) expected_triangle: Option<u32>,
-    pub(super) expected_t: Option<f32>,
-    pub(super) weight: f32,
-    pub(super) pixel: Option<[u32; 2]>,
-}
-
-impl RawRay {
-    /// A ray of six or eight numbers; `None` for others.
-    pub(super) fn of_numbers(numbers: &[f64]) -> Option<Self> {
-        let numbers = match *numbers {
-            [x, y, z, dx, dy, dz] => [x, y, z, 0.0, dx, dy, dz, f64::INFINITY],
-            _ => <[f64; 8]>::try_from(numbers).ok()?,
-        };
-        Some(Self { numbers, any: false, expected_triangle: None, expected_t: None, weight: 1.0, pixel: None })
-    }
-}
 
 enum Source<'a> {
     Native(Box<Native<'a>>),

@@ -3,7 +3,7 @@
 use std::io::{BufRead as _, BufReader, Read};
 
 use super::error::RayFileError;
-use super::reader::RawRay;
+use super::ray::RawRay;
 use crate::text::quoted;
 
 /// Maximum length of a line in bytes.

@@ -6,7 +6,7 @@ use bvhscope_engine::cancel::CancelToken;
 use serde_json::{Map, Value};
 
 use super::layout::{ARRAYS, MAGIC, MISS, RayHeader, VERSION};
-use super::{CHUNK_RAYS, FileRay};
+use super::ray::{CHUNK_RAYS, FileRay};
 
 /// Writes `rays`, in the coordinates of the scene, whose offset belongs in the header. Arrays that would say nothing are left out. Ends
 /// early where `token` is cancelled.

@@ -3,6 +3,8 @@
 
 mod exact;
 
+mod finding;
+
 mod judge;
 
 mod trees;
@@ -15,17 +17,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::kernel::parallel::par_tasks;
-use serde::Serialize;
 
 use super::LabError;
 use crate::accel::Accel;
 use crate::ray_file::{FileRay, MISS};
 use crate::scene::Scene;
 use exact::Reference;
+use finding::CheckedRay;
 use judge::Judge;
 use trees::{checked_settings, results};
 
 pub use exact::ExactHit;
+pub use finding::{Blamed, Compared, Finding, RayCheck};
 pub use judge::Agreement;
 pub use table::check_table;
 
@@ -34,84 +37,6 @@ pub const WORST: usize = 10;
 
 /// The name of what a file expects, in place of that of a tree.
 const EXPECTED: &str = "the file";
-
-/// A ray with what is known of it.
-struct CheckedRay {
-    ray: FileRay,
-    reference: Reference,
-}
-
-/// Results of one tree, or of the program that wrote the file, by their agreement in the order of [`Agreement::ALL`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Compared {
-    /// Name of the tree.
-    pub name: String,
-    /// Number of rays of each agreement; of several ways to trace a tree the worst counts.
-    pub rays: [u64; Agreement::ALL.len()],
-    /// Rays along which the tree finds something else than the engine's own test of every triangle: none in a sound tree.
-    pub unlike_scan: u64,
-}
-
-impl Compared {
-    fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), rays: [0; Agreement::ALL.len()], unlike_scan: 0 }
-    }
-
-    /// Number of rays whose result rounding does not explain.
-    pub fn faults(&self) -> u64 {
-        Agreement::ALL.iter().zip(self.rays).filter(|(kind, _)| kind.is_fault()).map(|(_, rays)| rays).sum()
-    }
-}
-
-/// A node whose container is not entered by a ray that hits a triangle below it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Blamed {
-    /// The node.
-    pub node: u32,
-    /// Its depth.
-    pub depth: u32,
-}
-
-/// A result that is not that of the scan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The ray.
-    pub ray: FileRay,
-    /// The tree, or the file.
-    pub name: String,
-    /// How it was traced.
-    pub method: String,
-    /// The fault.
-    pub agreement: Agreement,
-    /// The nearest hit in double precision.
-    pub exact: Option<ExactHit>,
-    /// Triangle and distance that were found, as far as they are known; `None` for a miss.
-    pub found: Option<(Option<u32>, Option<f32>)>,
-    /// The node that loses the hit.
-    pub blamed: Option<Blamed>,
-}
-
-impl Finding {
-    /// Difference of the distances, relative to the greater one: 1 where one is a miss.
-    fn difference(&self) -> f64 {
-        let found = self.found.and_then(|(_, t)| t).map(f64::from);
-        let Some((found, exact)) = found.zip(self.exact) else { return 1.0 };
-        (found - exact.t).abs() / found.abs().max(exact.t.abs()).max(f64::MIN_POSITIVE)
-    }
-}
-
-/// Rays that were checked.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RayCheck {
-    /// Number of rays.
-    pub rays: usize,
-    /// Those along which there is a hit.
-    pub hits: usize,
-    /// The hits that the file expects, where it does, and those of each tree.
-    pub compared: Vec<Compared>,
-    /// The worst rays, at most [`WORST`], each once.
-    pub worst: Vec<Finding>,
-}
 
 /// Checks `rays` of `scene` in `given`, a tree with its name, and in trees of all containers and passes. In the calling thread's rayon
 /// pool.

@@ -1,6 +1,7 @@
 //! The results of a check as a table.
 
-use super::{Agreement, Finding, RayCheck};
+use super::finding::{Compared, Finding, RayCheck};
+use super::judge::Agreement;
 use crate::lab::report_table::ReportTable;
 use crate::text::{count, number};
 
@@ -12,7 +13,7 @@ pub fn check_table(title: String, check: &RayCheck) -> ReportTable {
         let cells = compared.rays.iter().map(|&rays| if rays == 0 { "·".to_owned() } else { count(rays) });
         std::iter::once(compared.name.clone()).chain(cells).collect()
     });
-    let faults: u64 = check.compared.iter().map(super::Compared::faults).sum();
+    let faults: u64 = check.compared.iter().map(Compared::faults).sum();
     let mut notes = vec![if faults == 0 {
         "Every result is that of the scan, or within the rounding of single precision of it.".to_owned()
     } else {

@@ -11,8 +11,8 @@ use bvhscope_engine::tree::traverse::{NoProbe, Traversal};
 use bvhscope_engine::tree::{Container, ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 
+use super::finding::{Blamed, CheckedRay, Finding};
 use super::judge::{Agreement, Judge};
-use super::{Blamed, CheckedRay, Finding};
 use crate::accel::Accel;
 
 /// Rounds of the pass that takes minutes otherwise: its moves are the same.
