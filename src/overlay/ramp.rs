@@ -5,6 +5,7 @@ use crate::catalog::metrics;
 use crate::colors::ColorMap;
 
 /// Number of colours of the ramp between which the shader interpolates.
+#[cfg(feature = "gui")]
 pub const RAMP_STOPS: usize = 16;
 
 /// Start of the part of viridis that is used: darker lines would not show on a dark background.
