@@ -112,7 +112,7 @@ impl Core {
         PyTuple::new(py, [triangle, t?, u?, v?])
     }
 
-    /// Whether anything lies on each ray.
+    /// For each ray, whether it hits a triangle.
     fn any_hit<'py>(&self, py: Python<'py>, rays: RayArguments<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (rays, threads) = rays.read()?;
         let (shape, count) = (rays.shape.clone(), rays.count());
@@ -167,7 +167,7 @@ impl Core {
         PyTuple::new(py, [point, distance?, triangle, u?, v?, shaped(py, found.feature, &shape, 1)?])
     }
 
-    /// Whether each point lies inside.
+    /// For each point, whether it lies inside.
     fn contains<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyAny>> {
         let points = Points::read("points", points)?;
         let (shape, count) = (points.shape.clone(), points.count());

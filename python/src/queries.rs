@@ -82,7 +82,7 @@ pub(crate) fn closest_hits(model: &Model, rays: &Rays, token: &CancelToken) -> R
     Ok(hits)
 }
 
-/// Whether anything lies on each ray.
+/// For each ray, whether it hits a triangle.
 pub(crate) fn any_hits(model: &Model, rays: &Rays, token: &CancelToken) -> Result<Vec<bool>, Cancelled> {
     let mut blocked = vec![false; rays.count()];
     for_each_part(blocked.chunks_mut(PART), token, |first, blocked| {

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 use bvhscope_engine::SimdLevel;
 use bvhscope_engine::geometry::{Hit, Ray};
 use bvhscope_engine::query::{self, ClosestPoint};
-use bvhscope_engine::tree::traverse::{NoProbe, Probe, StackEntry, TestCounts, Traversal, new_stack};
+use bvhscope_engine::tree::traverse::{IndexedTriangles, NoProbe, Probe, StackEntry, TestCounts, Traversal, new_stack};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 use bvhscope_engine::with_tree;
@@ -80,6 +80,11 @@ impl Accel {
 }
 
 impl TreeTracer<'_> {
+    /// The triangles by the indices of the tree: a coarse picture does not wait until they are in leaf order.
+    fn indexed<'t>(&'t self, indices: &'t [u32]) -> IndexedTriangles<'t> {
+        IndexedTriangles { triangles: &self.accel.scene.triangles, indices }
+    }
+
     /// Traces `rays` through the binary tree with a probe for each.
     fn through_binary<P: Probe + Default>(
         &self,
@@ -172,7 +177,7 @@ impl Tracer for TreeTracer<'_> {
         match self.wide {
             Some(wide) => wide.all_hits(self.level, ray, max, hits),
             None => with_tree!(&self.accel.tree, tree => {
-                query::all_hits(tree, self.accel.leaf_triangles(), ray, max, hits)
+                query::all_hits(tree, self.indexed(&tree.primitive_indices), ray, max, hits)
             }),
         }
     }
@@ -190,7 +195,7 @@ impl Tracer for TreeTracer<'_> {
         match self.wide {
             Some(wide) => wide.closest_point(self.level, point, f32::INFINITY),
             None => with_tree!(&self.accel.tree, tree => {
-                query::closest_point(tree, self.accel.leaf_triangles(), point, f32::INFINITY, &mut NoProbe)
+                query::closest_point(tree, self.indexed(&tree.primitive_indices), point, f32::INFINITY, &mut NoProbe)
             }),
         }
     }

@@ -1,7 +1,6 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
-use std::path::PathBuf;
-
+use crate::headless::MeasuringRays;
 use crate::lab::population::{Population, Populations};
 use crate::lab::report_table::TableFormat;
 use crate::render::{Background, Light, RayKind};
@@ -120,18 +119,9 @@ pub fn containers_help(before: &str, after: &str) -> String {
     format!("{before}{}{after}", any_of(&container_names()))
 }
 
-/// The rays that a command measures.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Rays {
-    /// Their populations.
-    pub populations: Populations,
-    /// The file of those of a file; `-` is standard input.
-    pub file: Option<PathBuf>,
-}
-
 /// Parses a comma-separated list of populations of rays, `none` or `all`, and a file: a name with a point or a slash in it, or `-`.
-pub fn rays(text: &str) -> Result<Rays, String> {
-    let mut rays = Rays::default();
+pub fn rays(text: &str) -> Result<MeasuringRays, String> {
+    let mut rays = MeasuringRays::default();
     for name in text.split(',').filter(|_| text != "none") {
         if name == "all" {
             rays.populations = Population::ALL.into_iter().fold(rays.populations, Populations::with);
@@ -215,7 +205,7 @@ mod tests {
         assert_eq!(containers("all").unwrap().0, ContainerKind::WITH_ORIENTED);
         assert_eq!(named::<NamedView>("left"), Ok(NamedView::Left));
         let some = Populations::NONE.with(Population::Random).with(Population::Primary);
-        let of = |populations, file: Option<&str>| Ok(Rays { populations, file: file.map(PathBuf::from) });
+        let of = |populations, file: Option<&str>| Ok(MeasuringRays { populations, file: file.map(Into::into) });
         assert_eq!(rays("random,primary"), of(some, None));
         assert_eq!((rays("all"), rays("none")), (of(Populations::ALL, None), of(Populations::NONE, None)));
         let file = Populations::NONE.with(Population::File);

@@ -11,7 +11,7 @@ use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
 use super::moments::MomentChoice;
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
-use super::ray_input::read_rays;
+use super::ray_input::MeasuringRays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::budget::Budget;
@@ -22,7 +22,6 @@ use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::by_depth::Depth;
 use crate::lab::diff::{TreeDifference, diff};
-use crate::lab::population::Populations;
 use crate::lab::report_table::{depth_table, difference_table, few_entering, number};
 use crate::lab::rows::write_csv;
 use crate::lab::{Contender, Measurement, Setup, Subject};
@@ -69,9 +68,7 @@ pub struct DiffCommand {
     /// Names of A and B; those without are named by their settings or files.
     pub labels: Vec<String>,
     /// Rays by which they are compared too.
-    pub populations: Populations,
-    /// A file of rays by which they are compared; `-` is standard input.
-    pub ray_file: Option<PathBuf>,
+    pub rays: MeasuringRays,
     /// How the numbers are printed, and files for both rows.
     pub rows: Output,
 }
@@ -110,16 +107,16 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let files = command.trees.iter().filter_map(|tree| if let DiffTree::File(path) = tree { Some(path) } else { None });
     read.add_read(command.source.path());
     read.add_read(files);
-    read.add_read(command.ray_file.as_deref());
+    read.add_read(command.rays.file.as_deref());
     read.add_standard_streams();
     check(command, &read)?;
     let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_files(command, &read)?;
-    let view = command.trace.view(&command.camera, &scene, command.populations)?;
+    let view = command.trace.view(&command.camera, &scene, command.rays.populations)?;
     let (trees, has_faults) = contenders(command, &scene, &context.token)?;
-    let rays = read_rays(command.ray_file.as_deref(), &scene, &context.token)?;
+    let rays = command.rays.read_file(&scene, &context.token)?;
     let has_bad_rays = rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
     let warned = has_faults || has_bad_rays || !scene.warnings.is_empty();
     let load = context.load.clone();

@@ -9,7 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
-use super::ray_input::read_rays;
+use super::ray_input::MeasuringRays;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
@@ -22,7 +22,7 @@ use crate::console::{note, printable_json, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
-use crate::lab::population::{MeasuredRays, MeasuredVisits, Population, Populations, ViewRays, few_entering};
+use crate::lab::population::{MeasuredRays, MeasuredVisits, Population, ViewRays, few_entering};
 use crate::lab::report_table::{depth_table, number};
 use crate::lab::{Conditions, ViewConditions};
 use crate::render::RenderSettings;
@@ -46,9 +46,7 @@ pub struct InfoCommand {
     /// File to write the triangles into: rows of nine f32, little-endian, in the order in which trees count them.
     pub triangles: Option<PathBuf>,
     /// Rays by which the visits of the nodes are counted.
-    pub rays: Populations,
-    /// A file of rays by which they are counted, too; `-` is standard input.
-    pub ray_file: Option<PathBuf>,
+    pub rays: MeasuringRays,
     /// Number of samples of which the end-point overlap is estimated; exact without.
     pub epo_samples: Option<usize>,
     /// The view that the rays belong to.
@@ -166,7 +164,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     }
     check_follow(command.follow, &command.build, &command.moments)?;
     let mut read = Protected::default();
-    read.add_read(command.source.path().into_iter().chain(command.tree.path()).chain(command.ray_file.as_deref()));
+    read.add_read(command.source.path().into_iter().chain(command.tree.path()).chain(command.rays.file.as_deref()));
     read.add_standard_streams();
     if let Some(path) = &command.triangles {
         check_target(path, &read)?;
@@ -232,13 +230,13 @@ impl Found {
         let epo = accel.epo(command.epo_samples, token)?;
         let mut findings = diagnose_scene(scene, token)?;
         findings.extend(diagnose_tree(&accel, epo));
-        let file = read_rays(command.ray_file.as_deref(), scene, token)?;
+        let file = command.rays.read_file(scene, token)?;
         let visits_of = |population| {
             let rays = ViewRays::new(population, *camera, VIEW_PX, &RenderSettings::default()).with_file(file.clone());
             let MeasuredVisits { visits, sums } = rays.measure(&accel, token)?;
             Ok(VisitNumbers { sums, node_visits: Arc::unwrap_or_clone(visits).counts })
         };
-        let populations = command.rays.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
+        let populations = command.rays.populations.iter().map(visits_of).collect::<Result<Vec<_>, Failure>>()?;
         let has_bad_rays = file.is_some_and(|file| !file.faults.is_empty());
         let visits = populations.iter().map(|of| (of.sums.population, &of.node_visits[..]));
         let by_depth = by_depth(&accel, visits, token)?;
@@ -249,7 +247,7 @@ impl Found {
     fn info(self, command: &InfoCommand, scene: &Scene, camera: &Camera) -> Info {
         let Self { accel, edges, findings, populations, by_depth, .. } = self;
         // Those of a file are no view's.
-        let has_rays = Population::ALL.into_iter().any(|population| command.rays.has(population));
+        let has_rays = Population::ALL.into_iter().any(|population| command.rays.populations.has(population));
         let attributes = scene.attributes.as_ref();
         let triangles = scene.triangles.len();
         Info {

@@ -9,7 +9,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::moments::MomentChoice;
 use super::picture::note_written;
 use super::progress::Progress;
-use super::ray_input::read_rays;
+use super::ray_input::MeasuringRays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::{note, printable_json, printable_lines};
@@ -113,9 +113,7 @@ pub struct MeasureCommand {
     /// How the rays are traced.
     pub trace: TraceChoice,
     /// Rays whose cost is measured too.
-    pub populations: Populations,
-    /// A file of rays whose cost is measured too; `-` is standard input.
-    pub ray_file: Option<PathBuf>,
+    pub rays: MeasuringRays,
     /// Output options.
     pub output: Output,
 }
@@ -131,7 +129,7 @@ impl MeasureCommand {
 
     /// Why the file of rays cannot be used.
     fn ray_file_refusal(&self) -> Option<&'static str> {
-        let path = self.ray_file.as_ref()?;
+        let path = self.rays.file.as_ref()?;
         (path.as_os_str() == STDOUT && self.sources.len() > 1)
             .then_some("--rays -: standard input is read once: name one model, or a file")
     }
@@ -159,7 +157,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     }
     let mut read = Protected::default();
     read.add_read(command.sources.iter().filter_map(SceneSource::path));
-    read.add_read(command.trees.iter().chain(&command.ray_file));
+    read.add_read(command.trees.iter().chain(&command.rays.file));
     read.add_standard_streams();
     check_outputs(&command.output, &read)?;
     let mut run = Run { command, rows: Vec::new(), read, finished: Finished::default(), output_failure: None };
@@ -292,7 +290,7 @@ impl Run<'_> {
         check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
         let views = views(command, &scene).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
-        let rays = read_rays(command.ray_file.as_deref(), &scene, &context.token)?;
+        let rays = command.rays.read_file(&scene, &context.token)?;
         self.finished.warned |= rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
         let subject = Subject { model: source.to_string(), scene, trees, rays, load: context.load.clone() };
         let token = context.token.clone();
@@ -377,7 +375,7 @@ impl Run<'_> {
 fn views(command: &MeasureCommand, scene: &Scene) -> Result<Vec<TraceView>, Failure> {
     let mut views: Vec<TraceView> = Vec::new();
     for camera in &command.cameras {
-        let view = command.trace.view(camera, scene, command.populations)?;
+        let view = command.trace.view(camera, scene, command.rays.populations)?;
         if !views.contains(&view) {
             views.push(view);
         }

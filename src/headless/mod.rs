@@ -31,5 +31,6 @@ mod tree_origin;
 pub use context::{Context, Failure, Finished, ignore_missing_reader};
 pub use merges::MergesCommand;
 pub use moments::{MomentChoice, Times};
+pub use ray_input::MeasuringRays;
 pub use render::RenderCommand;
 pub use tree_origin::TreeOrigin;

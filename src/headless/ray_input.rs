@@ -1,29 +1,37 @@
 //! Files of rays as commands read them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::context::Failure;
 use crate::console::note;
+use crate::lab::population::Populations;
 use crate::ray_file::{RayFaults, RayFileError, RayReader, RaySet};
 use crate::scene::Scene;
 use crate::text::{counted, printable, shown_path};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Ray;
 
-/// All rays of a file in the coordinates of `scene`, where one is named; prints those that were skipped to stderr.
-pub(super) fn read_rays(
-    path: Option<&Path>,
-    scene: &Scene,
-    token: &CancelToken,
-) -> Result<Option<Arc<RaySet>>, Failure> {
-    let Some(path) = path else { return Ok(None) };
-    let set = RaySet::read(path, scene.offset, token).map_err(|error| of_ray_file(path, error))?;
-    note_skipped(path, &set.faults);
-    if set.rays.is_empty() {
-        return Err(Failure::Failed(format!("{}: has no ray that can be traced", shown_path(path))));
+/// The rays by which a command measures trees.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeasuringRays {
+    /// Their populations.
+    pub populations: Populations,
+    /// The file of those of a file; `-` is standard input.
+    pub file: Option<PathBuf>,
+}
+
+impl MeasuringRays {
+    /// All rays of the file in the coordinates of `scene`, where one is named; prints those that were skipped to stderr.
+    pub(super) fn read_file(&self, scene: &Scene, token: &CancelToken) -> Result<Option<Arc<RaySet>>, Failure> {
+        let Some(path) = &self.file else { return Ok(None) };
+        let set = RaySet::read(path, scene.offset, token).map_err(|error| of_ray_file(path, error))?;
+        note_skipped(path, &set.faults);
+        if set.rays.is_empty() {
+            return Err(Failure::Failed(format!("{}: has no ray that can be traced", shown_path(path))));
+        }
+        Ok(Some(Arc::new(set)))
     }
-    Ok(Some(Arc::new(set)))
 }
 
 /// The ray of a file with the number `number`.

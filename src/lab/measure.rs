@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::measurement::{Measurement, pool};
-use super::population::MeasuredRays;
+use super::population::{MeasuredRays, MeasuredVisits};
 use super::setup::{Contender, Setup, Subject, TraceView};
 use super::trial::{First, Trial};
 use super::verdict::add_verdicts;
@@ -169,14 +169,19 @@ fn populations(
     view: &TraceView,
     token: &CancelToken,
 ) -> Result<Vec<MeasuredRays>, Cancelled> {
+    // Progress is that of the repetition.
+    visits(subject, accel, view, &token.part(2, 3)).map(|measured| Ok(measured?.sums)).collect()
+}
+
+/// The visits of the nodes by the rays of each wanted population, measured one after the other.
+pub(super) fn visits<'a>(
+    subject: &'a Subject,
+    accel: &'a Arc<Accel>,
+    view: &'a TraceView,
+    token: &'a CancelToken,
+) -> impl Iterator<Item = Result<MeasuredVisits, Cancelled>> + 'a {
     let settings = request(accel, view).settings;
-    let of = |population| {
-        let rays = subject.rays_of(population, view, &settings);
-        // Progress is that of the repetition.
-        let token = token.part(2, 3);
-        rays.measure(accel, &token).map(|measured| measured.sums)
-    };
-    view.populations.iter().map(of).collect()
+    view.populations.iter().map(move |population| subject.rays_of(population, view, &settings).measure(accel, token))
 }
 
 /// The picture whose rays are traced.

@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::crossings::Crossings;
 use super::frame::Frame;
+use super::request::RenderRequest;
 use super::shade::{Sample, Shade, Shaded};
 use super::trace_context::TraceContext;
 use crate::section::SectionPlane;
@@ -38,25 +39,24 @@ impl Shade for Thickness {
     }
 }
 
-/// Tests of a query for all hits of the ray.
-pub(super) struct AllHitsTests;
+/// A value of the pixel's ray that does not depend on whether it hits anything.
+pub(super) struct OfRay<'a>(pub(super) &'a (dyn Fn(&Sample<'_>) -> Shaded + Sync));
 
-impl AllHitsTests {
-    fn of(sample: &Sample<'_>) -> Shaded {
-        tests(sample.context.all_hits_tests(sample.ray))
-    }
-}
-
-impl Shade for AllHitsTests {
+impl Shade for OfRay<'_> {
     type Point = ();
 
     fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
-        Self::of(sample)
+        (self.0)(sample)
     }
 
     fn miss(&self, sample: &Sample<'_>, _background: Vec3) -> Shaded {
-        Self::of(sample)
+        (self.0)(sample)
     }
+}
+
+/// Tests of a query for all hits of the ray.
+pub(super) fn all_hits_tests(sample: &Sample<'_>) -> Shaded {
+    tests(sample.context.all_hits_tests(sample.ray))
 }
 
 fn tests(TestCounts { containers, primitives }: TestCounts) -> Shaded {
@@ -74,11 +74,12 @@ pub(super) struct QueriedPlane {
 }
 
 impl QueriedPlane {
-    pub(super) fn new(context: &TraceContext<'_>, section: Option<SectionPlane>, towards_camera: Vec3) -> Self {
+    pub(super) fn new(context: &TraceContext<'_>, request: &RenderRequest) -> Self {
         let bounds = context.scene.bounds;
+        let across = || SectionPlane::through(&bounds, -request.camera.forward());
         let margin = Vec3::splat(context.diagonal * MARGIN);
         Self {
-            plane: section.unwrap_or_else(|| SectionPlane::through(&bounds, towards_camera)),
+            plane: request.settings.section.unwrap_or_else(across),
             around: Aabb { min: bounds.min - margin, max: bounds.max + margin },
             spacing: line_spacing(context.diagonal),
         }
@@ -90,6 +91,23 @@ impl QueriedPlane {
         let point = ray.at(t);
         (t > 0.0 && point.cmpge(self.around.min).all() && point.cmple(self.around.max).all()).then_some(point)
     }
+
+    /// Distance of the point from the surface in world units, whatever is hidden or cut off, with lines of equal distance.
+    pub(super) fn surface_distance(&self, Sample { context, ray, .. }: &Sample<'_>) -> Shaded {
+        let near = self.point(ray).and_then(|point| Some((point, context.distance_to_surface(point)?)));
+        let Some((point, distance)) = near else { return Shaded::value(Frame::NO_HIT) };
+        let pixel = context.camera.pixel_size(context.camera.view_depth(ray, ray.direction.dot(point - ray.origin)));
+        let from_line = (distance / self.spacing - (distance / self.spacing).round()).abs() * self.spacing;
+        let ink = (LINE_WIDTH - from_line / pixel.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        // Values are coloured afterwards: until then the unused colour stores the line's coverage.
+        Shaded { color: Vec3::splat(ink), ..Shaded::value(distance) }
+    }
+
+    /// Tests of a query for the closest point of the surface.
+    pub(super) fn closest_point_tests(&self, Sample { context, ray, .. }: &Sample<'_>) -> Shaded {
+        let count = |point| context.closest_point_tests(point);
+        tests(self.point(ray).map_or_else(TestCounts::default, count))
+    }
 }
 
 /// Distance between two lines of equal distance in a scene of this diagonal: 1, 2 or 5 times a power of ten.
@@ -97,54 +115,4 @@ pub(super) fn line_spacing(diagonal: f32) -> f32 {
     let most = diagonal * 0.5 / FEWEST_LINES;
     let power = 10.0_f32.powf(most.max(f32::MIN_POSITIVE).log10().floor());
     [5.0, 2.0].into_iter().map(|digit| digit * power).find(|spacing| *spacing <= most).unwrap_or(power)
-}
-
-/// Distance of the plane's points from the surface in world units, whatever is hidden or cut off, with lines of equal distance.
-pub(super) struct SurfaceDistance(pub(super) QueriedPlane);
-
-impl SurfaceDistance {
-    fn of(&self, sample: &Sample<'_>) -> Shaded {
-        let Some(point) = self.0.point(sample.ray) else { return Shaded::value(Frame::NO_HIT) };
-        let Some(distance) = sample.context.distance_to_surface(point) else { return Shaded::value(Frame::NO_HIT) };
-        let depth = sample.context.camera.view_depth(sample.ray, sample.ray.direction.dot(point - sample.ray.origin));
-        let pixel = sample.context.camera.pixel_size(depth);
-        let from_line = (distance / self.0.spacing - (distance / self.0.spacing).round()).abs() * self.0.spacing;
-        let ink = (LINE_WIDTH - from_line / pixel.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        // Values are coloured afterwards: until then the unused colour stores the line's coverage.
-        Shaded { color: Vec3::splat(ink), ..Shaded::value(distance) }
-    }
-}
-
-impl Shade for SurfaceDistance {
-    type Point = ();
-
-    fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
-        self.of(sample)
-    }
-
-    fn miss(&self, sample: &Sample<'_>, _background: Vec3) -> Shaded {
-        self.of(sample)
-    }
-}
-
-/// Tests of a query for the closest point of each of the plane's points.
-pub(super) struct ClosestPointTests(pub(super) QueriedPlane);
-
-impl ClosestPointTests {
-    fn of(&self, sample: &Sample<'_>) -> Shaded {
-        let count = |point| sample.context.closest_point_tests(point);
-        tests(self.0.point(sample.ray).map_or_else(TestCounts::default, count))
-    }
-}
-
-impl Shade for ClosestPointTests {
-    type Point = ();
-
-    fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
-        self.of(sample)
-    }
-
-    fn miss(&self, sample: &Sample<'_>, _background: Vec3) -> Shaded {
-        self.of(sample)
-    }
 }

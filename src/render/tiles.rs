@@ -15,7 +15,7 @@ use super::ground::Ground;
 use super::lights::Lights;
 use super::lit::Lit;
 use super::primary::count_tests;
-use super::queries::{AllHitsTests, ClosestPointTests, QueriedPlane, SurfaceDistance, Thickness};
+use super::queries::{OfRay, QueriedPlane, Thickness, all_hits_tests};
 use super::request::RenderRequest;
 use super::settings::{HeatKind, Shading};
 use super::shade::{AmbientOcclusion, Depth, Heat, Normals, Shade};
@@ -103,13 +103,13 @@ fn trace(
         }
         Shading::Thickness => passes(&context, &Thickness, output, token),
         Shading::Distance => {
-            let plane = QueriedPlane::new(&context, request.settings.section, -request.camera.forward());
-            passes(&context, &SurfaceDistance(plane), output, token)
+            let plane = QueriedPlane::new(&context, request);
+            passes(&context, &OfRay(&|sample| plane.surface_distance(sample)), output, token)
         }
-        Shading::Heat(HeatKind::AllHits) => passes(&context, &AllHitsTests, output, token),
+        Shading::Heat(HeatKind::AllHits) => passes(&context, &OfRay(&all_hits_tests), output, token),
         Shading::Heat(HeatKind::ClosestPoint) => {
-            let plane = QueriedPlane::new(&context, request.settings.section, -request.camera.forward());
-            passes(&context, &ClosestPointTests(plane), output, token)
+            let plane = QueriedPlane::new(&context, request);
+            passes(&context, &OfRay(&|sample| plane.closest_point_tests(sample)), output, token)
         }
         Shading::Heat(kind) => passes(&context, &Heat(kind), output, token),
     }

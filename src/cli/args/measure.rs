@@ -9,11 +9,12 @@ use super::picture::{CameraArgs, CamerasArgs};
 use super::setting_flags::{RangeFlags, ShapeFlags};
 use super::shared::{MomentArgs, StrictLoadArgs};
 use crate::cli::named::{
-    self, Containers, Policies, Rays, containers, containers_help, help, named, rays, rays_help, simd, tree_builder,
+    self, Containers, Policies, containers, containers_help, help, named, rays, rays_help, simd, tree_builder,
     tree_builder_help,
 };
 use crate::cli::tree_settings::diff_tree;
 use crate::cli::values::{self, ModelParser};
+use crate::headless::MeasuringRays;
 use crate::headless::diff::DiffTree;
 use crate::lab::motion::MAX_FRAMES;
 use crate::lab::report_table::TableFormat;
@@ -55,7 +56,7 @@ pub struct MeasureArgs {
     #[command(flatten)]
     pub trace: TraceArgs,
     #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also measure what such rays cost in each tree, and how well SAH cost and EPO predict it: "))]
-    pub rays: Option<Rays>,
+    pub rays: Option<MeasuringRays>,
     /// Print one JSON object a line instead of the table
     #[arg(long)]
     pub json: bool,
@@ -238,7 +239,7 @@ pub struct DiffArgs {
     #[arg(long = "label", value_name = "NAME", help_heading = "Tree")]
     pub labels: Vec<String>,
     #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also compare the tests by such rays, and the visits by depth: "))]
-    pub rays: Option<Rays>,
+    pub rays: Option<MeasuringRays>,
     /// Write a picture of the difference
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,

@@ -21,11 +21,11 @@ pub use rays::RaysArgs;
 pub use setting_flags::SettingFlags;
 pub use shared::{BuildArgs, FollowArgs, FollowedMomentArgs, LoadArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
 
-use super::named::{Rays, help, named, rays, rays_help, simd};
+use super::named::{help, named, rays, rays_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
-use crate::headless::Times;
+use crate::headless::{MeasuringRays, Times};
 use crate::overlay::OverlaySettings;
 use crate::render::{Background, RenderSettings};
 use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
@@ -241,7 +241,7 @@ pub struct InfoArgs {
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     #[arg(long, value_name = "LIST", value_parser = rays, help = rays_help("Also count the visits of the nodes by such rays: "))]
-    pub rays: Option<Rays>,
+    pub rays: Option<MeasuringRays>,
     /// Estimate EPO from N triangles, with its interval, instead of computing it from all
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<usize>(text, 1, usize::MAX))]
     pub epo_samples: Option<usize>,

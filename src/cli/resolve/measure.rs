@@ -56,7 +56,6 @@ fn trace(args: &TraceArgs) -> TraceChoice {
 
 pub fn measure(job: Job, files: TreesFromFilesArgs, args: MeasureArgs) -> MeasureCommand {
     let sources = if args.models.is_empty() { vec![SceneSource::default_builtin()] } else { args.models };
-    let rays = args.rays.unwrap_or_default();
     MeasureCommand {
         sources,
         job,
@@ -65,14 +64,12 @@ pub fn measure(job: Job, files: TreesFromFilesArgs, args: MeasureArgs) -> Measur
         moments: moment(files.moment),
         cameras: cameras(&args.cameras),
         trace: trace(&args.trace),
-        populations: rays.populations,
-        ray_file: rays.file,
+        rays: args.rays.unwrap_or_default(),
         output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
     }
 }
 
 pub fn diff(args: DiffArgs) -> DiffCommand {
-    let rays = args.rays.unwrap_or_default();
     DiffCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         moments: moment(args.moment),
@@ -83,8 +80,7 @@ pub fn diff(args: DiffArgs) -> DiffCommand {
         output: args.output,
         legend: args.legend,
         labels: args.labels,
-        populations: rays.populations,
-        ray_file: rays.file,
+        rays: args.rays.unwrap_or_default(),
         rows: Output { json: args.json, format: TableFormat::Text, csv: args.csv, plot: args.plot },
     }
 }

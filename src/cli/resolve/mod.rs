@@ -131,14 +131,12 @@ pub fn merges(args: MergesArgs) -> MergesCommand {
 }
 
 pub fn info(args: InfoArgs) -> InfoCommand {
-    let rays = args.rays.unwrap_or_default();
     InfoCommand {
         source: args.model.unwrap_or_else(SceneSource::default_builtin),
         build: args.build.settings.0.settings(),
         tree: tree_origin(&args.build, args.tree.tree),
         triangles: args.triangles,
-        rays: rays.populations,
-        ray_file: rays.file,
+        rays: args.rays.unwrap_or_default(),
         epo_samples: args.epo_samples,
         camera: camera(&args.camera),
         moments: moment(args.motion.moment),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::map::DifferenceMap;
 use crate::accel::Accel;
 use crate::lab::by_depth::{Depth, by_depth};
-use crate::lab::measure::{LabError, measure_contenders, request};
+use crate::lab::measure::{LabError, measure_contenders, request, visits};
 use crate::lab::measurement::{Measurement, pool};
 use crate::lab::setup::{Contender, Subject, TraceView};
 use crate::render::{HeatKind, Shading, render};
@@ -70,13 +70,8 @@ fn depths(
     view: &TraceView,
     token: &CancelToken,
 ) -> Result<Vec<Depth>, Cancelled> {
-    let settings = request(accel, view).settings;
-    let visits_of = |population| {
-        let rays = subject.rays_of(population, view, &settings);
-        Ok((population, rays.measure(accel, token)?.visits))
-    };
-    let visits = view.populations.iter().map(visits_of).collect::<Result<Vec<_>, Cancelled>>()?;
-    by_depth(accel, visits.iter().map(|(population, visits)| (*population, &visits.counts[..])), token)
+    let visits = visits(subject, accel, view, token).collect::<Result<Vec<_>, Cancelled>>()?;
+    by_depth(accel, visits.iter().map(|measured| (measured.sums.population, &measured.visits.counts[..])), token)
 }
 
 fn heat(accel: &Arc<Accel>, view: &TraceView, token: &CancelToken) -> Result<Arc<crate::render::Frame>, LabError> {

@@ -10,19 +10,19 @@ pub(super) trait Clip: Container {
     /// Area of the part of `triangle`, whose box is `bounds`, that lies inside the container.
     fn clipped_area(&self, triangle: &Triangle, bounds: &Aabb) -> f64;
 
-    /// Whether all of a box lies inside the container.
+    /// Whether a box lies inside the container as a whole.
     fn contains_box(&self, other: &Aabb) -> bool;
 
-    /// Whether the container is known to have no point in common with a box.
+    /// Whether a box is known to lie outside of the container as a whole.
     fn misses_box(&self, other: &Aabb) -> bool;
 }
 
-/// Whether all of a box lies in half-spaces, each an outward normal and the largest dot product with it inside.
+/// Whether a box lies as a whole in half-spaces, each an outward normal and the largest dot product with it inside.
 fn all_within(half_spaces: &[(glam::DVec3, f64)], other: &Aabb) -> bool {
     half_spaces.iter().all(|(normal, limit)| normal.dot(farthest(*normal, other)) <= *limit)
 }
 
-/// Whether all of a box lies outside of one of the half-spaces.
+/// Whether a box lies as a whole outside of one of the half-spaces.
 fn all_beyond_one(half_spaces: &[(glam::DVec3, f64)], other: &Aabb) -> bool {
     half_spaces.iter().any(|(normal, limit)| normal.dot(farthest(-*normal, other)) > *limit)
 }
