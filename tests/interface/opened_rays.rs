@@ -68,7 +68,8 @@ fn rays_of_a_file_are_measured_by_drawn_and_replayed() {
     assert_eq!(drawn.len(), 3);
     let accel = presented(&harness).accel;
     let hit = accel.tree.closest_hit_indexed(&accel.scene.triangles, &rays[0].ray).expect("the middle is hit");
-    assert_eq!(drawn[0], [rays[0].ray.origin, rays[0].ray.at(hit.t)], "up to the surface");
+    assert_eq!(drawn[0].ends, [rays[0].ray.origin, rays[0].ray.at(hit.t)], "up to the surface");
+    assert!(drawn[0].is_hit);
 
     press(&mut harness, Modifiers::NONE, Key::F8);
     for place in [0, 1, 2] {

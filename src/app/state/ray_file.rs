@@ -39,8 +39,17 @@ pub struct ReadRays {
     pub set: Arc<RaySet>,
     /// Their offset.
     offset: DVec3,
-    /// Both ends of some.
-    pub drawn: Vec<[Vec3; 2]>,
+    /// Some of them, to be drawn.
+    pub drawn: Vec<DrawnRay>,
+}
+
+/// A line over the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawnRay {
+    /// Both ends: of a ray that hits nothing the second is beyond the model.
+    pub ends: [Vec3; 2],
+    /// It hits something.
+    pub is_hit: bool,
 }
 
 impl Default for RayFile {
@@ -112,12 +121,12 @@ impl ReadRays {
         let mut hits = vec![None; rays.len()];
         accel.tracer(SimdLevel::default()).nearest(&rays, &mut hits);
         let [low, high] = [accel.scene.bounds.min, accel.scene.bounds.max];
-        let ends = |(ray, hit): (&Ray, Option<Hit>)| {
-            // A ray that hits nothing ends beyond the model.
+        let line = |(ray, hit): (&Ray, Option<Hit>)| {
             let beyond = (ray.origin.distance((low + high) * 0.5) + low.distance(high)) / ray.direction.length();
-            [ray.at(ray.t_min), ray.at(hit.map_or(beyond, |hit| hit.t).min(ray.t_max))]
+            let end = hit.map_or(beyond, |hit| hit.t).min(ray.t_max);
+            DrawnRay { ends: [ray.at(ray.t_min), ray.at(end)], is_hit: hit.is_some() }
         };
-        let drawn = rays.iter().zip(hits).map(ends).collect();
+        let drawn = rays.iter().zip(hits).map(line).collect();
         Ok(Ok(Self { set, offset: accel.scene.offset, drawn }))
     }
 }

@@ -6,6 +6,7 @@ use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, lerp};
 use glam::Vec3;
 
 use super::Projected;
+use crate::app::state::ray_file::DrawnRay;
 use crate::app::state::{AppState, Presented};
 use crate::app::theme;
 use crate::lab::population::Population;
@@ -16,6 +17,8 @@ use crate::overlay::Role;
 const PIECES: u16 = 96;
 /// Pieces of one line of many.
 const FEW_PIECES: u16 = 4;
+/// Opacity of rays that hit nothing over that of others: of a camera's rays most may miss, and would veil the picture.
+const MISSED: f32 = 0.2;
 /// Number of lines of full opacity; more are fainter.
 const FAINT_RAYS: f32 = 200.0;
 /// Length of the line before the model as a fraction of that within.
@@ -46,8 +49,8 @@ pub(crate) fn rays_of_file(ui: &Ui, rect: Rect, state: &AppState) {
     let drawing = Drawing::new(ui, rect, state, shown);
     // Many lines over each other still let the picture be seen.
     let opacity = (FAINT_RAYS / read.drawn.len() as f32).clamp(0.15, 1.0);
-    for &[from, to] in &read.drawn {
-        drawing.faint_line(from, to, opacity);
+    for &DrawnRay { ends: [from, to], is_hit } in &read.drawn {
+        drawing.faint_line(from, to, if is_hit { opacity } else { opacity * MISSED });
     }
 }
 

@@ -39,7 +39,7 @@ fn of_file(ui: &mut Ui, state: &mut AppState) {
     let rays = &read.set.rays;
     let (last, mut place) = (rays.len() - 1, file.chosen);
     let (index, pixel) = rays.get(place).map_or((0, None), |ray| (ray.index, ray.pixel));
-    ui.separator();
+    ui.end_row();
     ui.label(RichText::new("Ray of the file").color(theme::palette(ui).dim));
     let step = |ui: &mut Ui, text: &str, name: &str, is_there: bool| {
         let response = ui.add_enabled(is_there, Button::new(text));
