@@ -31,11 +31,13 @@ use crate::stage_times::StageTimes;
 use crate::tree::statistics::Sums;
 use crate::tree::{Node, Tree};
 
-/// Builds the tree over `triangles`: at least one, and none so large that surface areas overflow. `bounds` are theirs.
+/// Builds the tree over `triangles`: at least one, and none so large that surface areas overflow. `bounds` are theirs. Containers in
+/// `own` replace those of the triangles, which decide about the order along the curve alone.
 /// With a `cache`, primitives that an earlier build has sorted along the same curve are not sorted again, and their stages are
 /// reported in [`StageTimes::reused`].
 pub fn build_bvh<C: ClusterContainer>(
     triangles: &[Triangle],
+    own: Option<&[C]>,
     bounds: &InputBounds,
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
@@ -51,7 +53,10 @@ pub fn build_bvh<C: ClusterContainer>(
         }
         None => sort_primitives(triangles, bounds, settings.curve, token, times)?,
     };
-    let blocks = join(triangles, &input, settings, token, times)?;
+    let blocks = match own {
+        Some(own) => Some(input.in_containers(own, token)?),
+        None => join(triangles, &input, settings, token, times)?,
+    };
     let items = SortedItems { primitives: &input, blocks: blocks.as_ref() };
     let node_count = 2 * items.list().len() - 1;
     let nodes = match cache.as_deref_mut().and_then(|cache| cache.nodes(node_count)) {

@@ -113,7 +113,7 @@ mod tests {
     ) -> (Tree<C>, StageTimes) {
         let (token, mut times) = (CancelToken::new(), StageTimes::default());
         let Ok(bounds) = input_bounds(triangles, &token) else { panic!("not cancelled") };
-        let Ok(tree) = build_bvh(triangles, &bounds, settings, cache, &token, &mut times) else {
+        let Ok(tree) = build_bvh(triangles, None, &bounds, settings, cache, &token, &mut times) else {
             panic!("not cancelled")
         };
         (tree, times)

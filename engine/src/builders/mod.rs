@@ -9,6 +9,7 @@ mod none;
 
 pub mod depth_limit;
 mod flatten;
+mod items;
 pub(crate) mod prepared;
 mod presplit;
 mod scale;
@@ -27,6 +28,8 @@ use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
 use crate::tree::{AnyTree, ContainerKind, Tree};
+pub use items::Items;
+pub(crate) use items::build_over_items;
 
 /// Reason for which no tree was built.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -59,9 +62,9 @@ pub fn build_binary_with_cache(
     check_size(triangles.len(), settings)?;
     let mut times = StageTimes::default();
     let mut tree: AnyTree = match settings.container {
-        ContainerKind::Aabb => build_container::<Aabb>(triangles, settings, cache, token, &mut times)?.into(),
-        ContainerKind::Sphere => build_container::<Sphere>(triangles, settings, cache, token, &mut times)?.into(),
-        ContainerKind::Dop14 => build_container::<Dop14>(triangles, settings, cache, token, &mut times)?.into(),
+        ContainerKind::Aabb => build_container::<Aabb>(triangles, None, settings, cache, token, &mut times)?.into(),
+        ContainerKind::Sphere => build_container::<Sphere>(triangles, None, settings, cache, token, &mut times)?.into(),
+        ContainerKind::Dop14 => build_container::<Dop14>(triangles, None, settings, cache, token, &mut times)?.into(),
         ContainerKind::Oriented => unreachable!("refused above"),
     };
     if settings.passes().contains(Pass::Orient) {
@@ -94,12 +97,14 @@ pub(crate) fn build_tree<C: ClusterContainer>(
     token: &CancelToken,
 ) -> Result<Tree<C>, BuildError> {
     check_size(triangles.len(), settings)?;
-    build_container(triangles, settings, None, token, &mut StageTimes::default())
+    build_container(triangles, None, settings, None, token, &mut StageTimes::default())
 }
 
-/// Builds a tree with containers `C`, over scaled coordinates where the areas of the given ones would overflow or vanish.
+/// Builds a tree with containers `C`, over scaled coordinates where the areas of the given ones would overflow or vanish. `items` are
+/// the containers of the triangles where these are stand-ins for them.
 fn build_container<C: ClusterContainer>(
     triangles: &[Triangle],
+    items: Option<&[C]>,
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
     token: &CancelToken,
@@ -126,14 +131,20 @@ fn build_container<C: ClusterContainer>(
     }
     let input = PreparedInput::new(triangles, bounds, settings, token, times)?;
     let cache = if input.is_unchanged() { cache } else { None };
-    let mut tree = build_kind::<C>(&input, settings, cache, token, times)?;
-    input.restore(&mut tree, triangles, token, times)?;
+    // Scaled ones come back with the tree.
+    let mut tree = build_kind::<C>(&input, items.filter(|_| input.is_unchanged()), settings, cache, token, times)?;
+    let container = |index: u32| match items {
+        Some(items) => items[index as usize],
+        None => C::of_triangle(&triangles[index as usize]),
+    };
+    input.restore(&mut tree, container, token, times)?;
     Ok(tree)
 }
 
 /// Builds with the chosen builder and runs the chosen passes over the tree.
 fn build_kind<C: ClusterContainer>(
     input: &PreparedInput,
+    items: Option<&[C]>,
     settings: &BuildSettings,
     mut cache: Option<&mut BuildCache>,
     token: &CancelToken,
@@ -144,15 +155,20 @@ fn build_kind<C: ClusterContainer>(
     let anneals = settings.passes().contains(Pass::Anneal);
     // Beside annealing, nothing else takes long.
     let building = if anneals { token.part(0, ANNEALING_PARTS) } else { token.clone() };
-    let tree = match settings.builder {
+    let mut tree = match settings.builder {
         BuilderKind::Aac | BuilderKind::Swift => {
-            build_bvh(triangles, bounds, settings, cache.as_deref_mut(), &building, times)
+            build_bvh(triangles, items, bounds, settings, cache.as_deref_mut(), &building, times)
         }
         BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, &building, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, &building, times),
         BuilderKind::Exact => exact::build(triangles, &building, times),
         BuilderKind::None => none::build(triangles, &building, times),
     }?;
+    if let Some(items) = items
+        && !settings.builder.is_aac()
+    {
+        scale::refit(&mut tree, |index| items[index as usize], token)?;
+    }
     let mut tree = optimize(tree, settings, input.sources(), token, times)?;
     let may_degenerate = anneals || (settings.builder.is_aac() || settings.builder == BuilderKind::Exact);
     let limited = may_degenerate && limit_depth(&mut tree, token)?;

@@ -81,11 +81,12 @@ impl<'a> PreparedInput<'a> {
         self.sources().map_or(index, |sources| sources[index as usize])
     }
 
-    /// Makes `tree`, over these triangles, one over those given. Adds the stage "refit" where containers are computed again.
+    /// Makes `tree`, over these triangles, one over those given, each in its `container`. Adds the stage "refit" where containers are
+    /// computed again.
     pub fn restore<C: Container>(
         &self,
         tree: &mut Tree<C>,
-        triangles: &[Triangle],
+        container: impl Fn(u32) -> C,
         token: &CancelToken,
         times: &mut StageTimes,
     ) -> Result<(), Cancelled> {
@@ -93,7 +94,7 @@ impl<'a> PreparedInput<'a> {
             Change::None => {}
             Change::Scaled(_) => {
                 let start = Instant::now();
-                scale::refit(tree, triangles, token)?;
+                scale::refit(tree, container, token)?;
                 times.stages.push(("refit", start.elapsed()));
             }
             Change::Split(source_index) => {

@@ -15,14 +15,18 @@ pub fn scaled(triangles: &[Triangle], scale: f32, token: &CancelToken) -> Result
     Ok(scaled)
 }
 
-/// Recomputes the containers of `tree`, bottom-up, for other coordinates of its triangles.
-pub fn refit<C: Container>(tree: &mut Tree<C>, triangles: &[Triangle], token: &CancelToken) -> Result<(), Cancelled> {
+/// Recomputes the containers of `tree`, bottom-up, from `container` of each primitive.
+pub fn refit<C: Container>(
+    tree: &mut Tree<C>,
+    container: impl Fn(u32) -> C,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
     for index in (0..tree.nodes.len()).rev() {
         token.check_every(MEDIUM_STEPS, index)?;
         let node = tree.nodes[index];
         let first = node.first as usize;
         tree.nodes[index].container = if node.is_leaf() {
-            container_of(&tree.primitive_indices[first..first + node.count as usize], triangles, token)?
+            around(&tree.primitive_indices[first..first + node.count as usize], &container, token)?
         } else {
             tree.nodes[first].container.union(&tree.nodes[first + 1].container)
         };
@@ -30,16 +34,15 @@ pub fn refit<C: Container>(tree: &mut Tree<C>, triangles: &[Triangle], token: &C
     Ok(())
 }
 
-/// The container of the triangles with these indices.
-fn container_of<C: Container>(indices: &[u32], triangles: &[Triangle], token: &CancelToken) -> Result<C, Cancelled> {
-    let mut container = C::EMPTY;
+/// The container around the primitives with these indices.
+fn around<C: Container>(indices: &[u32], container: &impl Fn(u32) -> C, token: &CancelToken) -> Result<C, Cancelled> {
+    let mut all = C::EMPTY;
     for batch in indices.chunks(MEDIUM_STEPS) {
         // Leaves of usual size are polled for by node.
         if batch.len() == MEDIUM_STEPS {
             token.check()?;
         }
-        let containers = batch.iter().map(|&primitive| C::of_triangle(&triangles[primitive as usize]));
-        container = containers.fold(container, |all, one| all.union(&one));
+        all = batch.iter().fold(all, |all, primitive| all.union(&container(*primitive)));
     }
-    Ok(container)
+    Ok(all)
 }

@@ -1,5 +1,6 @@
 //! Building a hierarchy that is ready to be traced: the binary tree, the wide tree made from it, and the report of the build.
 
+mod items;
 mod report;
 mod wide;
 
@@ -11,7 +12,7 @@ use crate::aac::build_cache::BuildCache;
 use crate::builders::{BuildError, build_binary_with_cache};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
-use crate::query::{self, ClosestPoint};
+use crate::query::{self, ClosestPoint, HitLists};
 use crate::settings::BuildSettings;
 use crate::tree::AnyTree;
 use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
@@ -20,6 +21,7 @@ use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
 use crate::with_tree;
 
+pub use items::{ItemBvh, ItemHit};
 pub use report::BuildReport;
 pub use wide::WideBvh;
 
@@ -247,6 +249,25 @@ impl Bvh {
         self.wide.all_hits(ray, max, hits)
     }
 
+    /// [`Bvh::all_hits`] of each of `rays`, into `lists`. Replaces what they held, whose memory is used again.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Ray, Triangle, build};
+    /// use bvhscope_engine::query::HitLists;
+    ///
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 2];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let from = Vec3::new(0.2, 0.2, 1.0);
+    /// let mut lists = HitLists::default();
+    /// bvh.hit_lists(&[Ray::new(from, Vec3::Z), Ray::new(from, Vec3::NEG_Z)], usize::MAX, &mut lists);
+    /// assert_eq!((lists.of(0).len(), lists.of(1).len()), (0, 2));
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn hit_lists(&self, rays: &[Ray], max: usize, lists: &mut HitLists) {
+        self.wide.hit_lists(rays, max, lists);
+    }
+
     /// Calls `visit` with the hits of `ray` in the order of [`Bvh::all_hits`] until it breaks. Only as many are sought as it takes.
     ///
     /// ```
@@ -294,6 +315,27 @@ impl Bvh {
     /// ```
     pub fn closest_point(&self, point: Vec3, radius: f32) -> Option<ClosestPoint> {
         self.wide.closest_point(point, radius)
+    }
+
+    /// [`Bvh::closest_point`] of each of `points`, written to the first elements of `found`. Faster than point by point, above all where
+    /// the nearest points of neighbours in the list lie close together.
+    ///
+    /// # Panics
+    ///
+    /// If `found` is shorter than `points`.
+    ///
+    /// ```
+    /// # use bvhscope_engine::glam::Vec3;
+    /// # use bvhscope_engine::{BuildSettings, CancelToken, Triangle, build};
+    /// # let triangles = [Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }];
+    /// # let bvh = build(&triangles, &BuildSettings::default(), &CancelToken::new())?;
+    /// let mut found = [None; 2];
+    /// bvh.closest_points(&[Vec3::Z, Vec3::Z * 3.0], 2.0, &mut found);
+    /// assert_eq!(found.map(|found| found.map(|found| found.distance)), [Some(1.0), None]);
+    /// # Ok::<(), bvhscope_engine::BuildError>(())
+    /// ```
+    pub fn closest_points(&self, points: &[Vec3], radius: f32, found: &mut [Option<ClosestPoint>]) {
+        self.wide.closest_points(points, radius, found);
     }
 
     /// Whether `point` lies inside of the mesh, which must be closed ([`Edges::is_closed`](crate::query::closed::Edges::is_closed)); for

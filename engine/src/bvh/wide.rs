@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
-use crate::query::ClosestPoint;
+use crate::query::{ClosestPoint, HitLists};
 use crate::tree::AnyTree;
 use crate::wide::{AnyWideTree, NodeForm};
 
@@ -77,6 +77,11 @@ impl WideBvh {
         self.tree.all_hits(Level::new(), ray, max, hits)
     }
 
+    /// The hits of each of `rays` in order; see [`Bvh::hit_lists`](super::Bvh::hit_lists).
+    pub fn hit_lists(&self, rays: &[Ray], max: usize, lists: &mut HitLists) {
+        self.tree.hit_lists(Level::new(), rays, max, lists);
+    }
+
     /// Visits the hits of `ray` in order; see [`Bvh::visit_hits`](super::Bvh::visit_hits).
     pub fn visit_hits(&self, ray: &Ray, mut visit: impl FnMut(&Hit) -> ControlFlow<()>) {
         let (mut hits, mut visited) = (Vec::new(), 0);
@@ -100,6 +105,11 @@ impl WideBvh {
     /// The point of the triangles that is nearest to `point`; see [`Bvh::closest_point`](super::Bvh::closest_point).
     pub fn closest_point(&self, point: Vec3, radius: f32) -> Option<ClosestPoint> {
         self.tree.closest_point(Level::new(), point, radius)
+    }
+
+    /// The points of the triangles that are nearest to `points`; see [`Bvh::closest_points`](super::Bvh::closest_points).
+    pub fn closest_points(&self, points: &[Vec3], radius: f32, found: &mut [Option<ClosestPoint>]) {
+        self.tree.closest_points(Level::new(), points, radius, found);
     }
 
     /// Whether `point` lies inside; see [`Bvh::contains`](super::Bvh::contains).

@@ -84,6 +84,7 @@ where
         (tree, record)
     };
     let scaled = (input.scale() != 1.0).then(|| tree.clone().into());
-    input.restore(&mut tree, triangles, token, &mut times)?;
+    let container = |index: u32| C::of_triangle(&triangles[index as usize]);
+    input.restore(&mut tree, container, token, &mut times)?;
     Ok(Construction { tree: tree.into(), record, scaled })
 }

@@ -94,6 +94,21 @@ impl Dop14 {
         found
     }
 
+    /// A polytope around balls of a `radius` at `points`, and so around all that such a ball sweeps on straight ways between them; padded.
+    /// Empty without points.
+    pub fn around_balls(points: impl IntoIterator<Item = Vec3>, radius: f32) -> Self {
+        let around = |a: Vec3| Self::around_triangle(&Triangle { a, b: a, c: a });
+        let mut all = points.into_iter().fold(Self::EMPTY, |all, point| all.union(&around(point)));
+        // Outwards of the rounded sums.
+        let Aabb { min, max } = all.bounds;
+        all.bounds = Aabb { min: (min - radius).map(f32::next_down), max: (max + radius).map(f32::next_up) };
+        // The diagonals are √3 long.
+        let along = 1.733 * radius;
+        all.low = all.low.map(|plane| plane - along);
+        all.high = all.high.map(|plane| plane + along);
+        all
+    }
+
     /// The smallest polytope around both.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {

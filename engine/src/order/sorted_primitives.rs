@@ -145,6 +145,13 @@ impl<C: PrimitiveContainer> SortedPrimitives<C> {
         Ok(Self { cached: Vec::new(), keys, index_bits, code_shift, crowded, blocks, starts })
     }
 
+    /// These primitives with containers of their own, each as a block.
+    pub(crate) fn in_containers(&self, containers: &[C], token: &CancelToken) -> Result<Self, Cancelled> {
+        let starts = par_collect(self.len() + 1, token, |position| position as u32)?;
+        let in_order = par_collect(self.len(), token, |position| containers[self.primitive(position) as usize])?;
+        self.in_blocks(starts, in_order, token)
+    }
+
     /// Container of the block at `position`, and the positions of its primitives; `None` where these are primitives.
     #[inline(always)]
     pub fn block(&self, position: usize) -> Option<(&C, Range<usize>)> {

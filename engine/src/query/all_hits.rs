@@ -33,6 +33,11 @@ impl<'a> HitList<'a> {
         self.t_max
     }
 
+    /// Whether a hit can be too many.
+    pub(crate) fn is_limited(&self) -> bool {
+        self.max < usize::MAX
+    }
+
     /// Adds a hit no farther than [`HitList::t_max`]. That of a triangle in several leaves may come several times.
     #[inline(always)]
     pub(crate) fn add(&mut self, TriangleHit { t, u, v }: TriangleHit, primitive_index: u32) {
@@ -59,6 +64,43 @@ impl<'a> HitList<'a> {
         let has_more = self.hits.len() > self.max;
         self.hits.truncate(self.max);
         has_more
+    }
+}
+
+/// The hits of many rays.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HitLists {
+    /// The hits, ray by ray, those of one ray by distance.
+    pub hits: Vec<Hit>,
+    /// For each ray the number of hits of it and the rays before it.
+    pub ends: Vec<usize>,
+    /// For each ray whether it has more hits than were wanted.
+    pub has_more: Vec<bool>,
+}
+
+impl HitLists {
+    /// The hits of ray number `ray`.
+    ///
+    /// # Panics
+    ///
+    /// If there are no more than `ray` rays.
+    pub fn of(&self, ray: usize) -> &[Hit] {
+        let start = ray.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.hits[start..self.ends[ray]]
+    }
+
+    /// Forgets all rays; the memory is used again.
+    pub(crate) fn clear(&mut self) {
+        self.hits.clear();
+        self.ends.clear();
+        self.has_more.clear();
+    }
+
+    /// Adds a ray's hits.
+    pub(crate) fn push(&mut self, hits: &[Hit], has_more: bool) {
+        self.hits.extend_from_slice(hits);
+        self.ends.push(self.hits.len());
+        self.has_more.push(has_more);
     }
 }
 

@@ -27,6 +27,8 @@ pub struct ClosestPoint {
 pub(crate) struct NearestPoint {
     point: Vec3,
     nearest: Option<(TrianglePoint, u32)>,
+    /// The triangle of `nearest`.
+    triangle: Triangle,
     /// Square of the distance up to which points are accepted.
     distance_squared: f64,
     reach: f32,
@@ -37,7 +39,13 @@ impl NearestPoint {
     pub(crate) fn new(point: Vec3, radius: f32) -> Option<Self> {
         let distance_squared = f64::from(radius) * f64::from(radius);
         let is_usable = point.is_finite() && radius >= 0.0;
-        is_usable.then(|| Self { point, nearest: None, distance_squared, reach: reach(distance_squared) })
+        is_usable.then(|| Self {
+            point,
+            nearest: None,
+            triangle: Triangle { a: Vec3::ZERO, b: Vec3::ZERO, c: Vec3::ZERO },
+            distance_squared,
+            reach: reach(distance_squared),
+        })
     }
 
     /// The point that is asked about.
@@ -63,9 +71,15 @@ impl NearestPoint {
         };
         if is_nearer {
             self.nearest = Some((found, primitive_index));
+            self.triangle = *triangle;
             self.distance_squared = found.distance_squared;
             self.reach = reach(found.distance_squared);
         }
+    }
+
+    /// The triangle of the nearest point with its index, if any.
+    pub(crate) fn triangle(&self) -> Option<(Triangle, u32)> {
+        self.nearest.map(|(_, primitive_index)| (self.triangle, primitive_index))
     }
 
     /// The nearest point, if any.

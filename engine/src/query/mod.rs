@@ -8,6 +8,6 @@ mod closest_point;
 pub mod closed;
 
 pub(crate) use all_hits::HitList;
-pub use all_hits::{all_hits, all_hits_counted};
+pub use all_hits::{HitLists, all_hits, all_hits_counted};
 pub(crate) use closest_point::NearestPoint;
 pub use closest_point::{ClosestPoint, closest_point};

@@ -193,6 +193,13 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         plane_hits.uncertain
     }
 
+    /// One bit for each triangle of `block` whose box the ray enters up to `t_max`, and where it enters.
+    #[inline(always)]
+    pub(crate) fn entered<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (u32, [f32; BLOCK]) {
+        let (entered, entry) = self.intersect_bounds(simd, block, t_max);
+        (entered.to_bitmask() as u32 & block.lanes(), entry.to_array())
+    }
+
     /// Whether the ray hits any triangle of `block` up to `t_max`; `self` was prepared from `ray`.
     #[inline(always)]
     pub(crate) fn any_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {

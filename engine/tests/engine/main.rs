@@ -20,6 +20,7 @@ mod degenerate;
 mod determinism;
 mod follow;
 mod invariants;
+mod items;
 mod merge_choices;
 mod needles;
 mod node_metrics;

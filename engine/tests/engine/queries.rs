@@ -6,7 +6,7 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::follow::{Follower, Policy};
 use bvhscope_engine::geometry::{Aabb, Dop14, Hit, PreparedRay, Ray, Shear, Sphere, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::query::{self, ClosestPoint, closed::Edges};
+use bvhscope_engine::query::{self, ClosestPoint, HitLists, closed::Edges};
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
 use bvhscope_engine::tree::traverse::NoProbe;
 use bvhscope_engine::tree::{AnyTree, ContainerKind};
@@ -104,8 +104,32 @@ fn points(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Vec3> {
     points
 }
 
+/// Compares the queries of many rays and points with those of single ones.
+fn check_batches(name: &str, wide: &AnyWideTree, level: SimdLevel, rays: &[Ray], points: &[Vec3]) {
+    let (mut lists, mut hits) = (HitLists::default(), Vec::new());
+    for max in [usize::MAX, 1] {
+        wide.hit_lists(level.level(), rays, max, &mut lists);
+        assert_eq!((lists.ends.len(), lists.has_more.len()), (rays.len(), rays.len()), "{name}, {level:?}");
+        for (index, ray) in rays.iter().enumerate() {
+            let has_more = wide.all_hits(level.level(), ray, max, &mut hits);
+            assert_eq!((lists.of(index), lists.has_more[index]), (&hits[..], has_more), "{name}, {level:?}, {ray:?}");
+        }
+    }
+    for radius in [f32::INFINITY, 0.0, 0.3] {
+        let single = |point: &Vec3| wide.closest_point(level.level(), *point, radius);
+        // Each point after the ones before it and after those behind it.
+        let both: Vec<Vec3> = points.iter().chain(points.iter().rev()).copied().collect();
+        let mut found = vec![None; both.len()];
+        wide.closest_points(level.level(), &both, radius, &mut found);
+        assert_eq!(found, both.iter().map(single).collect::<Vec<_>>(), "{name}, {level:?}, within {radius}");
+    }
+}
+
 /// Compares all queries of a tree and of the wide trees made from it with tests of every triangle.
 fn check(name: &str, triangles: &[Triangle], tree: &AnyTree, wide: &[AnyWideTree], rays: &[Ray], points: &[Vec3]) {
+    for (wide, level) in wide.iter().flat_map(|wide| levels().map(move |level| (wide, level))) {
+        check_batches(name, wide, level, rays, points);
+    }
     let (mut found, mut again) = (Vec::new(), Vec::new());
     for ray in rays {
         let expected = scan_all(triangles, ray);

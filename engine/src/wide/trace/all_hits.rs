@@ -25,8 +25,8 @@ pub(crate) fn all_hits<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, r
     }
 }
 
-/// [`all_hits`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`. The nearest child goes first, so that a list
-/// with a limit is soon full of near hits.
+/// [`all_hits`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`. For a list with a limit the nearest child
+/// goes first, so that it is soon full of near hits.
 #[inline(always)]
 fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
     simd: S,
@@ -37,6 +37,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
     container_ray: &T,
     list: &mut HitList<'_>,
 ) {
+    let is_limited = list.is_limited();
     let block_ray = BlockRay::new(lanes, 0);
     let mut stack = Stack::new();
     stack.push(Waiting::new(0.0, root));
@@ -59,7 +60,9 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
             let lane = take_lane(&mut entered);
             tree.prefetch(children[lane]);
             stack.push(Waiting::new(entries[lane], children[lane]));
-            stack.sort_last(mark, |a, b| a < b);
+            if is_limited {
+                stack.sort_last(mark, |a, b| a < b);
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ pub(crate) mod all_hits;
 pub(crate) mod beam;
 mod cache_lines;
 pub(crate) mod closest_point;
+pub(crate) mod items;
 pub mod packet;
 mod packet_tree;
 pub(crate) mod single;
@@ -17,7 +18,7 @@ use glam::Vec3;
 
 use crate::geometry::{Hit, Ray};
 use crate::kernel::simd::{baseline, dispatch};
-use crate::query::{ClosestPoint, HitList, NearestPoint};
+use crate::query::{ClosestPoint, HitList, HitLists, NearestPoint};
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::AnyWideTree;
@@ -131,6 +132,11 @@ impl AnyWideTree {
     ///
     /// If `hits` is shorter than `rays`.
     pub fn closest_hits(&self, level: Level, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        if rays.len() < packet::FEW {
+            assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
+            rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(level, ray));
+            return;
+        }
         match self {
             Self::Aabb(tree) => packet::closest_hits(level, tree, BoxTree::Aabb(tree), rays, hits),
             Self::Sphere(tree) => packet::closest_hits(level, tree, tree, rays, hits),
@@ -155,12 +161,49 @@ impl AnyWideTree {
         with_wide_tree!(self, tree => return_at_few_levels!(level, simd => all_hits::all_hits(simd, tree, ray, list)));
     }
 
+    /// [`AnyWideTree::all_hits`] of each of `rays`, into `lists`. Replaces what they held.
+    pub fn hit_lists(&self, level: Level, rays: &[Ray], max: usize, lists: &mut HitLists) {
+        lists.clear();
+        let mut hits = Vec::new();
+        for ray in rays {
+            let has_more = self.all_hits(level, ray, max, &mut hits);
+            lists.push(&hits, has_more);
+        }
+    }
+
+    /// Calls `visit` with each item whose box `ray` meets, see [`ItemBvh::visit`](crate::ItemBvh::visit), for a tree over their stand-ins.
+    pub(crate) fn visit_items(&self, level: Level, ray: &Ray, visit: items::Visit<'_>) {
+        with_wide_tree!(self, tree => return_at_few_levels!(level, simd => items::visit_items(simd, tree, ray, visit)));
+    }
+
     /// The point of the triangles that is nearest to `point`; `None` where none lies within `radius`, in world units, which may be
     /// infinite. Equal distances go to the lower index.
     pub fn closest_point(&self, level: Level, point: Vec3, radius: f32) -> Option<ClosestPoint> {
         let mut nearest = NearestPoint::new(point, radius)?;
         self.offer_points(level, &mut nearest);
         nearest.found()
+    }
+
+    /// [`AnyWideTree::closest_point`] of each of `points`, written to the first elements of `found`. Faster than point by point, above all
+    /// where the nearest points of neighbours in the list lie close together.
+    ///
+    /// # Panics
+    ///
+    /// If `found` is shorter than `points`.
+    pub fn closest_points(&self, level: Level, points: &[Vec3], radius: f32, found: &mut [Option<ClosestPoint>]) {
+        assert!(found.len() >= points.len(), "{} results for {} points", found.len(), points.len());
+        let mut last = None;
+        for (point, found) in points.iter().zip(found) {
+            *found = NearestPoint::new(*point, radius).and_then(|mut nearest| {
+                // The triangle that is nearest to the point before: as a rule not much farther from this one than the nearest.
+                if let Some((triangle, primitive_index)) = &last {
+                    nearest.offer(triangle, *primitive_index);
+                }
+                self.offer_points(level, &mut nearest);
+                last = nearest.triangle().or(last);
+                nearest.found()
+            });
+        }
     }
 
     fn offer_points(&self, level: Level, nearest: &mut NearestPoint) {

@@ -26,6 +26,9 @@ use crate::wide::tree::WideTree;
 
 /// Maximum number of rays in a packet.
 pub const MAX_RAYS: usize = GROUP * GROUPS;
+/// Fewer rays than this are traced one by one: in a packet, the tests of the others of their group would be wasted.
+pub const FEW: usize = GROUP;
+
 /// A child to visit.
 #[derive(Debug, Clone, Copy)]
 struct Waiting {

@@ -1,0 +1,80 @@
+//! Rays through a tree of items of the caller's own: where each leaf has their boxes, as stand-ins for triangles.
+
+use std::ops::ControlFlow;
+
+use fearless_simd::Simd;
+
+use crate::geometry::Ray;
+use crate::kernel::bits::bits;
+use crate::wide::block::BlockRay;
+use crate::wide::bounds::WideContainer;
+use crate::wide::box_lanes::LaneTest;
+use crate::wide::child::Child;
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::trace::single::{Waiting, take_lane};
+use crate::wide::trace::stack::Stack;
+use crate::wide::tree::WideTree;
+
+/// Called with an item whose box the ray meets and with the distance up to which hits are wanted; returns that distance from there on,
+/// or that no more are wanted.
+pub type Visit<'a> = &'a mut dyn FnMut(u32, f32) -> ControlFlow<(), f32>;
+
+/// Calls `visit` with each item whose box `ray` meets, items of nearer containers first.
+#[inline(always)]
+pub(crate) fn visit_items<S: Simd, C: WideContainer>(simd: S, tree: &WideTree<C>, ray: &Ray, visit: Visit<'_>) {
+    let Some(root) = tree.root else { return };
+    // As for all hits, the shorter test may enter more containers.
+    if let Some((container_ray, lanes)) = C::prepare_fused(simd, ray) {
+        walk(simd, tree, root, ray, &lanes, &container_ray, visit);
+    } else if let Some(lanes) = RayLanes::single::<S, C>(simd, ray) {
+        walk(simd, tree, root, ray, &lanes.triangles, &C::prepare(simd, &lanes, 0), visit);
+    }
+}
+
+/// [`visit_items`] from `root` on, for a ray that was prepared as `lanes` and `container_ray`.
+#[inline(always)]
+fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
+    simd: S,
+    tree: &WideTree<C>,
+    root: Child,
+    ray: &Ray,
+    lanes: &TriangleLanes<1>,
+    container_ray: &T,
+    visit: Visit<'_>,
+) {
+    let mut t_max = ray.t_max;
+    let block_ray = BlockRay::new(lanes, 0);
+    let mut stack = Stack::new();
+    stack.push(Waiting::new(0.0, root));
+    while let Some(waiting) = stack.pop() {
+        let current = waiting.child();
+        if waiting.entry() > t_max * T::SLACK {
+            continue;
+        }
+        if current.is_leaf() {
+            for block in tree.leaves.blocks(current) {
+                let (entered, entries) = block_ray.entered(simd, block, t_max);
+                for lane in bits(u64::from(entered)) {
+                    if entries[lane] > t_max {
+                        continue;
+                    }
+                    match visit(block.primitive_index(lane), t_max) {
+                        ControlFlow::Continue(end) => t_max = end,
+                        ControlFlow::Break(()) => return,
+                    }
+                }
+            }
+            continue;
+        }
+        let mut space = None;
+        let (bounds, children) = tree.node(current).unpack(simd, &mut space);
+        let (mut entered, entries) = container_ray.intersect(simd, bounds, t_max);
+        let mark = stack.reserve();
+        while entered != 0 {
+            let lane = take_lane(&mut entered);
+            tree.prefetch(children[lane]);
+            stack.push(Waiting::new(entries[lane], children[lane]));
+            stack.sort_last(mark, |a, b| a < b);
+        }
+    }
+}
