@@ -13,6 +13,9 @@ mod foreign;
 mod obvhs_peer;
 #[path = "../benches/peers/obvhs_tree.rs"]
 mod obvhs_tree;
+#[path = "../benches/peers/paper.rs"]
+#[allow(dead_code, reason = "it is the benchmark's, and compiled here so that it keeps up with the program")]
+mod paper;
 #[path = "../benches/peers/peer.rs"]
 #[allow(dead_code, reason = "times and bytes are the benchmark's")]
 mod peer;
@@ -39,12 +42,19 @@ const SCANNED: usize = 37;
 fn scan(subject: &scenes::Subject, work: &Workload) -> Tally {
     let mut tally = Tally::default();
     for ray in &work.rays {
+        if work.query == Query::Point {
+            let squared = subject.triangles.iter().map(|triangle| triangle.nearest_point(ray.origin).distance_squared);
+            tally.add(squared.fold(f64::INFINITY, f64::min).sqrt() as f32);
+            continue;
+        }
         let (ray, shear) = (PreparedRay::new(*ray), Shear::new(ray.direction));
         let hits = subject.triangles.iter().filter_map(|triangle| triangle.intersect(&ray, &shear, ray.ray.t_max));
-        let nearest = hits.map(|hit| hit.t).fold(f32::INFINITY, f32::min);
+        let mut distances: Vec<f32> = hits.map(|hit| hit.t).collect();
+        distances.sort_by(f32::total_cmp);
         match work.query {
-            Query::Closest => tally.add(nearest),
-            Query::Any => tally.hits += u64::from(nearest < f32::INFINITY),
+            Query::Closest => tally.add(distances.first().copied().unwrap_or(f32::INFINITY)),
+            Query::Any => tally.hits += u64::from(!distances.is_empty()),
+            Query::All | Query::Point => distances.iter().for_each(|distance| tally.add(*distance)),
         }
     }
     tally

@@ -21,6 +21,9 @@ pub const BUFFER_VERTEX: c_uint = 1;
 pub const GEOMETRY_TRIANGLE: c_uint = 0;
 /// Flag of scenes in which no ray slips between triangles that share an edge (`RTC_SCENE_FLAG_ROBUST`).
 const SCENE_ROBUST: c_uint = 4;
+/// Flag of scenes whose queries may bring a filter function of their own: `RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION`, in Embree 4
+/// `RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS`.
+const SCENE_FILTER: c_uint = 8;
 
 /// How carefully Embree builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +58,8 @@ pub struct Mode {
     pub quality: Quality,
     /// Watertight, as this engine is: rays take another test of triangles and boxes.
     pub is_robust: bool,
+    /// Whether queries bring a filter function.
+    pub has_filter: bool,
 }
 
 impl Mode {
@@ -176,7 +181,7 @@ impl Drop for Scene<'_> {
 
 /// Builds.
 pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
-    let Mode { quality, is_robust } = mode;
+    let Mode { quality, is_robust, has_filter } = mode;
     let before = HELD_BYTES.load(Ordering::Relaxed);
     let Common {
         new_scene,
@@ -195,7 +200,7 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
     // have the counts, strides and padding that Embree requires.
     let scene = unsafe {
         let scene = new_scene(device.device);
-        set_scene_flags(scene, if is_robust { SCENE_ROBUST } else { 0 });
+        set_scene_flags(scene, if is_robust { SCENE_ROBUST } else { 0 } | if has_filter { SCENE_FILTER } else { 0 });
         set_scene_quality(scene, quality as c_uint);
         let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
         set_geometry_quality(geometry, quality as c_uint);
@@ -221,7 +226,7 @@ pub fn qualities(slow: bool) -> &'static [Quality] {
 
 /// The ways to build and to trace that are measured.
 pub fn modes(slow: bool) -> Vec<Mode> {
-    let both = |&quality: &Quality| [false, true].map(|is_robust| Mode { quality, is_robust });
+    let both = |&quality: &Quality| [false, true].map(|is_robust| Mode { quality, is_robust, has_filter: false });
     qualities(slow).iter().flat_map(both).collect()
 }
 

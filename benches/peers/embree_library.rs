@@ -9,8 +9,13 @@ use std::sync::OnceLock;
 
 use libloading::Library as File;
 
+use crate::embree_queries::PointArguments;
+
 /// Called with the bytes that Embree allocates, or gives back.
 pub type Monitor = extern "C" fn(*mut c_void, isize, bool) -> bool;
+
+/// Called with a triangle that may have a nearer point.
+pub type Measure = unsafe extern "C" fn(*mut PointArguments) -> bool;
 
 /// A table of functions, each found by its name.
 macro_rules! functions {
@@ -67,6 +72,7 @@ functions! {
         occluded1: rtcOccluded1(*mut c_void, *mut c_void, *mut c_void),
         occluded8: rtcOccluded8(*const c_int, *mut c_void, *mut c_void, *mut c_void),
         occluded16: rtcOccluded16(*const c_int, *mut c_void, *mut c_void, *mut c_void),
+        point_query: rtcPointQuery(*mut c_void, *mut c_void, *mut c_void, Option<Measure>, *mut c_void) -> bool,
     }
 }
 

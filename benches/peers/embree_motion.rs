@@ -42,7 +42,7 @@ impl<'a> DynamicScene<'a> {
             attach_geometry(scene, geometry);
             (scene, geometry)
         };
-        let mode = Mode { quality, is_robust: false };
+        let mode = Mode { quality, is_robust: false, has_filter: false };
         let scene = Scene::owning(device.library, mode, scene, 0);
         let dynamic = Self { scene, geometry, vertices };
         dynamic.commit();

@@ -17,16 +17,17 @@ const COHERENT_3: c_uint = 1;
 const COHERENT_4: c_uint = 1 << 16;
 /// Every feature of Embree 4.
 const ALL_FEATURES: c_uint = u32::MAX;
-const INVALID: u32 = u32::MAX;
+pub const INVALID: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 #[repr(C, align(16))]
-struct Ray {
+pub struct Ray {
     origin: [f32; 3],
     near: f32,
     direction: [f32; 3],
     time: f32,
-    far: f32,
+    /// Distance of the hit, once there is one.
+    pub far: f32,
     mask: u32,
     id: u32,
     flags: u32,
@@ -35,7 +36,7 @@ struct Ray {
 /// A hit, with `MORE` numbers of instances than Embree 3 has.
 #[derive(Clone, Copy)]
 #[repr(C, align(16))]
-struct Hit<const MORE: usize> {
+pub struct Hit<const MORE: usize> {
     normal: [f32; 3],
     u: f32,
     v: f32,
@@ -47,7 +48,7 @@ struct Hit<const MORE: usize> {
 
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct RayHit<const MORE: usize> {
+pub struct RayHit<const MORE: usize> {
     ray: Ray,
     hit: Hit<MORE>,
 }
@@ -94,38 +95,39 @@ struct RayHits<const N: usize, const MORE: usize> {
 /// Argument of each query of Embree 3.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct Context {
-    flags: c_uint,
-    filter: *const c_void,
-    instance: [u32; 1],
+pub struct Context {
+    pub flags: c_uint,
+    pub filter: *const c_void,
+    pub instance: [u32; 1],
 }
 
 /// Arguments of each query of Embree 4.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct Arguments {
-    flags: c_uint,
-    features: c_uint,
-    context: *const c_void,
-    filter: *const c_void,
-    callback: *const c_void,
-    least_width: f32,
+pub struct Arguments {
+    pub flags: c_uint,
+    pub features: c_uint,
+    pub context: *const c_void,
+    pub filter: *const c_void,
+    pub callback: *const c_void,
+    pub least_width: f32,
 }
 
 /// The queries of a scene: of Embree 3 where hits have no `MORE` numbers, of Embree 4 where they have.
 #[derive(Clone, Copy)]
-struct Calls<const MORE: usize> {
-    queries: Queries,
-    scene: *mut c_void,
-    context: Context,
-    arguments: Arguments,
+pub struct Calls<const MORE: usize> {
+    pub queries: Queries,
+    pub scene: *mut c_void,
+    pub context: Context,
+    pub arguments: Arguments,
 }
 
 // SAFETY: Embree's queries of a committed scene are thread-safe; the other pointers are null.
 unsafe impl<const MORE: usize> Send for Calls<MORE> {}
 
 impl<const MORE: usize> Calls<MORE> {
-    fn new(scene: &Scene, work: &Workload) -> Self {
+    /// Those of a scene for a workload.
+    pub fn new(scene: &Scene, work: &Workload) -> Self {
         let flags = |coherent: c_uint| if work.coherent { coherent } else { 0 };
         let none = ptr::null();
         Self {
@@ -216,13 +218,17 @@ fn of_version<'a, const MORE: usize>(scene: &'a Scene<'a>) -> Vec<Interface<'a>>
     ]
 }
 
-fn interface<'a>(scene: &Scene, name: &'static str, prepare: impl Fn(&'a Workload) -> Run<'a> + 'a) -> Interface<'a> {
-    Interface {
-        engine: scene.library.name,
-        setting: scene.mode.name(),
-        name,
-        prepare: Box::new(move |work| Some(prepare(work))),
-    }
+fn interface<'a>(
+    scene: &Scene,
+    name: &'static str,
+    prepare: impl Fn(&'a Workload) -> Option<Run<'a>> + 'a,
+) -> Interface<'a> {
+    Interface { engine: scene.library.name, setting: scene.mode.name(), name, prepare: Box::new(prepare) }
+}
+
+/// A ray that has not hit anything yet.
+pub fn no_hit_of<const MORE: usize>(ray: Ray) -> RayHit<MORE> {
+    RayHit { ray, hit: no_hit() }
 }
 
 fn no_hit<const MORE: usize>() -> Hit<MORE> {
@@ -237,7 +243,8 @@ fn no_hit<const MORE: usize>() -> Hit<MORE> {
     }
 }
 
-fn native(ray: &bvhscope_engine::geometry::Ray) -> Ray {
+/// A ray as Embree wants it.
+pub fn native(ray: &bvhscope_engine::geometry::Ray) -> Ray {
     Ray {
         origin: ray.origin.into(),
         near: ray.t_min,
@@ -255,19 +262,19 @@ fn is_occluded(far: f32) -> bool {
     far < 0.0
 }
 
-fn single<'a, const MORE: usize>(mut calls: Calls<MORE>, work: &Workload) -> Run<'a> {
+fn single<'a, const MORE: usize>(mut calls: Calls<MORE>, work: &Workload) -> Option<Run<'a>> {
     let rays: Vec<Ray> = work.rays.iter().map(native).collect();
     match work.query {
-        Query::Closest => Box::new(move || {
+        Query::Closest => Some(Box::new(move || {
             let mut tally = Tally::default();
             for &ray in &rays {
-                let mut ray = RayHit { ray, hit: no_hit() };
+                let mut ray = no_hit_of(ray);
                 calls.intersect(&mut ray);
                 tally.add(if ray.hit.geometry == INVALID { f32::INFINITY } else { ray.ray.far });
             }
             tally
-        }),
-        Query::Any => Box::new(move || {
+        })),
+        Query::Any => Some(Box::new(move || {
             let mut hits = 0;
             for &ray in &rays {
                 let mut ray = ray;
@@ -275,11 +282,12 @@ fn single<'a, const MORE: usize>(mut calls: Calls<MORE>, work: &Workload) -> Run
                 hits += u64::from(is_occluded(ray.far));
             }
             Tally { hits, distance: 0.0 }
-        }),
+        })),
+        Query::All | Query::Point => None,
     }
 }
 
-fn packets<'a, const N: usize, const MORE: usize>(mut calls: Calls<MORE>, work: &Workload) -> Run<'a> {
+fn packets<'a, const N: usize, const MORE: usize>(mut calls: Calls<MORE>, work: &Workload) -> Option<Run<'a>> {
     let packets: Vec<Rays<N>> = work.rays.chunks(N).map(packet).collect();
     let no_hits = Hits {
         normal: [[0.0; N]; 3],
@@ -291,7 +299,7 @@ fn packets<'a, const N: usize, const MORE: usize>(mut calls: Calls<MORE>, work: 
         more: [[INVALID; N]; MORE],
     };
     match work.query {
-        Query::Closest => Box::new(move || {
+        Query::Closest => Some(Box::new(move || {
             let mut tally = Tally::default();
             for &rays in &packets {
                 let mut rays = RayHits { rays, hits: no_hits };
@@ -302,11 +310,11 @@ fn packets<'a, const N: usize, const MORE: usize>(mut calls: Calls<MORE>, work: 
                 }
             }
             tally
-        }),
+        })),
         Query::Any => {
             // Unused lanes of the last packet end before they begin, which also marks occlusion.
             let unused = (packets.len() * N - work.rays.len()) as u64;
-            Box::new(move || {
+            Some(Box::new(move || {
                 let mut hits = 0;
                 for &rays in &packets {
                     let mut rays = rays;
@@ -314,8 +322,9 @@ fn packets<'a, const N: usize, const MORE: usize>(mut calls: Calls<MORE>, work: 
                     hits += rays.far.iter().filter(|&&far| is_occluded(far)).count() as u64;
                 }
                 Tally { hits: hits - unused, distance: 0.0 }
-            })
+            }))
         }
+        Query::All | Query::Point => None,
     }
 }
 
@@ -341,23 +350,23 @@ fn packet<const N: usize>(rays: &[bvhscope_engine::geometry::Ray]) -> Rays<N> {
     packet
 }
 
-fn stream<'a>(mut calls: Calls<0>, streams: Streams, work: &Workload) -> Run<'a> {
+fn stream<'a>(mut calls: Calls<0>, streams: Streams, work: &Workload) -> Option<Run<'a>> {
     let rays: Vec<Ray> = work.rays.iter().map(native).collect();
     match work.query {
-        Query::Closest => Box::new(move || {
+        Query::Closest => Some(Box::new(move || {
             let mut tally = Tally::default();
             let mut hits: Vec<RayHit<0>> = Vec::with_capacity(STREAM);
             for rays in rays.chunks(STREAM) {
                 hits.clear();
-                hits.extend(rays.iter().map(|&ray| RayHit { ray, hit: no_hit() }));
+                hits.extend(rays.iter().map(|&ray| no_hit_of(ray)));
                 calls.intersect_stream(streams, &mut hits);
                 for hit in &hits {
                     tally.add(if hit.hit.geometry == INVALID { f32::INFINITY } else { hit.ray.far });
                 }
             }
             tally
-        }),
-        Query::Any => Box::new(move || {
+        })),
+        Query::Any => Some(Box::new(move || {
             let mut count = 0;
             let mut stream: Vec<Ray> = Vec::with_capacity(STREAM);
             for rays in rays.chunks(STREAM) {
@@ -367,6 +376,7 @@ fn stream<'a>(mut calls: Calls<0>, streams: Streams, work: &Workload) -> Run<'a>
                 count += stream.iter().filter(|ray| is_occluded(ray.far)).count() as u64;
             }
             Tally { hits: count, distance: 0.0 }
-        }),
+        })),
+        Query::All | Query::Point => None,
     }
 }

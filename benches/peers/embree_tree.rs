@@ -167,7 +167,7 @@ pub fn judged(device: &Device, triangles: &[Triangle], mesh: &Mesh, slow: bool) 
             name: quality.name().to_owned(),
             leaf_triangles: indices.iter().map(|&index| triangles[index as usize]).collect(),
             tree,
-            bytes: Some(commit(device, mesh, Mode { quality, is_robust: false }).bytes),
+            bytes: Some(commit(device, mesh, Mode { quality, is_robust: false, has_filter: false }).bytes),
         }
     };
     qualities(slow).iter().map(judge).collect()

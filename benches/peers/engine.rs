@@ -5,7 +5,9 @@ use std::time::Instant;
 use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
+use bvhscope_engine::glam::Vec3;
 use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::query::HitLists;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, any_hit, closest_hit};
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
@@ -108,11 +110,11 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
         setting: name.clone(),
         name: "binary",
         prepare: Box::new(move |work| {
-            Some(single(
+            single(
                 work,
                 move |ray| closest_hit(tree, leaf_triangles, ray, Traversal::Ordered, &mut NoProbe),
                 move |ray| any_hit(tree, leaf_triangles, ray),
-            ))
+            )
         }),
     });
     let of_wide = [
@@ -120,8 +122,24 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
             engine: OWN,
             setting: name.clone(),
             name: "single",
-            prepare: Box::new(move |work| {
-                Some(single(work, move |ray| wide.closest_hit(level, ray), move |ray| wide.any_hit(level, ray)))
+            prepare: Box::new(move |work| match work.query {
+                Query::All => Some(Box::new(move || {
+                    let (mut tally, mut hits) = (Tally::default(), Vec::new());
+                    for ray in &work.rays {
+                        wide.all_hits(level, ray, usize::MAX, &mut hits);
+                        hits.iter().for_each(|hit| tally.add(hit.t));
+                    }
+                    tally
+                })),
+                Query::Point => Some(Box::new(move || {
+                    let nearest = |ray: &Ray| wide.closest_point(level, ray.origin, f32::INFINITY);
+                    let mut tally = Tally::default();
+                    work.rays.iter().filter_map(nearest).for_each(|nearest| tally.add(nearest.distance as f32));
+                    tally
+                })),
+                Query::Closest | Query::Any => {
+                    single(work, move |ray| wide.closest_hit(level, ray), move |ray| wide.any_hit(level, ray))
+                }
             }),
         },
         Interface {
@@ -147,6 +165,29 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
                     }
                     Tally { hits, distance: 0.0 }
                 })),
+                Query::All => Some(Box::new(move || {
+                    let (mut tally, mut lists) = (Tally::default(), HitLists::default());
+                    for rays in work.rays.chunks(AT_ONCE) {
+                        wide.hit_lists(level, rays, usize::MAX, &mut lists);
+                        lists.hits.iter().for_each(|hit| tally.add(hit.t));
+                    }
+                    tally
+                })),
+                Query::Point => {
+                    let points: Vec<Vec3> = work.rays.iter().map(|ray| ray.origin).collect();
+                    Some(Box::new(move || {
+                        let mut tally = Tally::default();
+                        let mut found = vec![None; AT_ONCE];
+                        for points in points.chunks(AT_ONCE) {
+                            wide.closest_points(level, points, f32::INFINITY, &mut found);
+                            found[..points.len()]
+                                .iter()
+                                .flatten()
+                                .for_each(|nearest| tally.add(nearest.distance as f32));
+                        }
+                        tally
+                    }))
+                }
             }),
         },
     ];
@@ -156,22 +197,23 @@ pub fn interfaces(ready: &Ready) -> Vec<Interface<'_>> {
 /// Rays handed over at a time: 64 × 64 pixels of primary rays.
 const AT_ONCE: usize = 4096;
 
-/// One ray after the other.
+/// One hit of one ray after the other; `None` for other queries.
 fn single<'a>(
     work: &'a Workload,
     closest: impl Fn(&Ray) -> Option<Hit> + Send + 'a,
     any: impl Fn(&Ray) -> bool + Send + 'a,
-) -> Run<'a> {
+) -> Option<Run<'a>> {
     match work.query {
-        Query::Closest => Box::new(move || {
+        Query::Closest => Some(Box::new(move || {
             let mut tally = Tally::default();
             work.rays.iter().for_each(|ray| tally.add(distance(closest(ray))));
             tally
-        }),
-        Query::Any => Box::new(move || {
+        })),
+        Query::Any => Some(Box::new(move || {
             let hits = work.rays.iter().filter(|ray| any(ray)).count();
             Tally { hits: hits as u64, distance: 0.0 }
-        }),
+        })),
+        Query::All | Query::Point => None,
     }
 }
 

@@ -12,6 +12,7 @@ mod dump;
 mod embree;
 mod embree_library;
 mod embree_motion;
+mod embree_queries;
 mod embree_rays;
 mod embree_tree;
 mod engine;
@@ -54,7 +55,8 @@ struct Flags {
     /// builtin:NAME[:SIZE]
     #[arg(long, value_delimiter = ',', default_values_t = scenes::DEFAULT.map(str::to_owned))]
     scenes: Vec<String>,
-    /// Parts to measure: build, tree, primary, ao, diffuse, picture (where builds and rays are), update (of moved triangles)
+    /// Parts to measure: build, tree, primary, ao, diffuse, all-hits, closest-point, picture (where builds and rays are), update (of
+    /// moved triangles)
     #[arg(long, value_delimiter = ',', default_values_t = measure::PARTS.map(str::to_owned))]
     parts: Vec<String>,
     /// Only engines and interfaces whose name contains one of these

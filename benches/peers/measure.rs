@@ -15,21 +15,23 @@ use bvhscope_engine::tree::{AnyTree, Tree};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 
-use crate::embree::{self, Device, Scene};
+use crate::embree::{self, Device, Mode, Scene};
 use crate::embree_library::libraries;
 use crate::embree_motion;
+use crate::embree_queries;
 use crate::embree_rays;
 use crate::embree_tree;
 use crate::engine;
 use crate::motion::{self, Twist};
 use crate::obvhs_peer;
 use crate::peer::{Builder, Interface, Judged, OWN, Run, Updater};
-use crate::rays::{OCCLUSION_RAYS, Query, Tally, Workload, in_parts, workloads};
+use crate::rays::{OCCLUSION_RAYS, Query, Tally, WORKS, Workload, in_parts, workloads};
 use crate::scenes::Subject;
 use crate::{tinybvh_library, tinybvh_peer};
 
 /// Parts of a scene's measurement. "picture" is the sum of a build and of rays, where both are measured.
-pub const PARTS: [&str; 7] = ["build", "tree", "primary", "ao", "diffuse", "picture", "update"];
+pub const PARTS: [&str; 9] =
+    ["build", "tree", "primary", "ao", "diffuse", "all-hits", "closest-point", "picture", "update"];
 /// Samples of ambient occlusion per pixel of the measured pictures.
 const PICTURES: [u32; 3] = [1, 16, 256];
 /// One ray in this many is counted through the trees.
@@ -181,7 +183,7 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
             outcome.disagreements.extend(disagreements);
         }
     }
-    let traced = PARTS[2..5].iter().any(|part| plan.wants(part));
+    let traced = WORKS.iter().any(|part| plan.wants(part));
     if !(plan.wants("tree") || traced) {
         return outcome;
     }
@@ -203,10 +205,16 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
         let (mesh, modes) = (&mesh, &embree::modes(plan.slow));
         let scenes = |device| modes.iter().map(move |&mode| embree::commit(device, mesh, mode));
         let scenes: Vec<Scene> = devices.iter().flat_map(scenes).collect();
+        // Only these queries bring a filter function: others are slower where the scene allows it.
+        let filtered = modes.iter().map(|&mode| Mode { has_filter: true, ..mode }).filter(|_| plan.wants("all-hits"));
+        let filtered = |device| filtered.clone().map(move |mode| embree::commit(device, mesh, mode));
+        let filtered: Vec<Scene> = devices.iter().flat_map(filtered).collect();
         for &threads in &plan.threads {
             let parts = works.each_ref().map(|work| in_parts(work, threads));
             let mut interfaces: Vec<Interface> = ready.iter().flat_map(engine::interfaces).collect();
             interfaces.extend(scenes.iter().flat_map(embree_rays::interfaces));
+            interfaces.extend(scenes.iter().map(|scene| embree_queries::closest_point(scene, mesh)));
+            interfaces.extend(filtered.iter().map(embree_queries::all_hits));
             interfaces.extend(obvhs_ready.iter().map(obvhs_peer::interfaces));
             interfaces.extend(tinybvh_ready.iter().map(tinybvh_peer::interfaces));
             for parts in parts.iter().filter(|parts| plan.wants(parts[0].name)) {
@@ -313,7 +321,8 @@ fn tree_rows(judged: Vec<Judged>, triangles: &[Triangle], works: &[Workload]) ->
     let row = |judged: Judged| {
         let counts = judged.tree.as_ref().map_or_else(Vec::new, |tree| {
             let wide = engine::wide(&AnyTree::Aabb(tree.clone()), triangles);
-            works.iter().map(|work| (work.name, counts_of(tree, &judged.leaf_triangles, &wide, work))).collect()
+            let works = works.iter().filter(|work| matches!(work.query, Query::Closest | Query::Any));
+            works.map(|work| (work.name, counts_of(tree, &judged.leaf_triangles, &wide, work))).collect()
         });
         TreeRow {
             engine: judged.engine,
@@ -354,6 +363,7 @@ fn counts_of(tree: &Tree<Aabb>, leaf_triangles: &[Triangle], wide: &AnyWideTree,
                 any_hit_with(tree, leaf_triangles, ray, &mut tests);
                 wide.any_hit_with(level, ray, &mut probe);
             }
+            Query::All | Query::Point => {}
         }
         lines += probe.take();
     }
@@ -365,13 +375,15 @@ fn counts_of(tree: &Tree<Aabb>, leaf_triangles: &[Triangle], wide: &AnyWideTree,
 /// Distances may differ by this share, and hits by this share of the rays: engines round differently at edges.
 const DISTANCE_TOLERANCE: f64 = 1e-3;
 const HIT_TOLERANCE: f64 = 1e-5;
+/// This share where all hits count: that of a ray through an edge that two triangles share is one or two.
+const ALL_HITS_TOLERANCE: f64 = 1e-4;
 
 /// Traces a workload that is divided among as many threads as it has parts.
 fn trace_rows<'a>(interfaces: &[Interface<'a>], parts: &'a [Workload], plan: &Plan) -> (Vec<TraceRow>, Vec<String>) {
     let mut disagreements = Vec::new();
     let prepare = |interface: &Interface<'a>| parts.iter().map(|part| (interface.prepare)(part)).collect();
-    // This engine's first interface, whether it is shown or not.
-    let reference = interfaces.first().and_then(prepare).map(|mut runs: Vec<_>| run(&mut runs).0).unwrap_or_default();
+    // This engine's first interface for such rays, whether it is shown or not.
+    let reference = interfaces.iter().find_map(prepare).map(|mut runs: Vec<_>| run(&mut runs).0).unwrap_or_default();
     let wanted =
         |interface: &&Interface| plan.names(interface.engine, &format!("{} {}", interface.setting, interface.name));
     let wanted = interfaces.iter().filter(wanted);
@@ -388,7 +400,11 @@ fn trace_rows<'a>(interfaces: &[Interface<'a>], parts: &'a [Workload], plan: &Pl
             }
             // The first round warms up, and is checked.
             tallies.push(tally);
-            let few = (rays as f64 * HIT_TOLERANCE).ceil() as u64;
+            let few = match parts[0].query {
+                Query::All => reference.hits as f64 * ALL_HITS_TOLERANCE,
+                _ => rays as f64 * HIT_TOLERANCE,
+            };
+            let few = few.ceil() as u64;
             if tally.hits.abs_diff(reference.hits) > few
                 || (tally.distance - reference.distance).abs() > DISTANCE_TOLERANCE * reference.distance
             {

@@ -183,23 +183,22 @@ pub fn interfaces(ready: &Ready) -> Interface<'_> {
         engine: NAME,
         setting: (*name).to_owned(),
         name: "single",
-        prepare: Box::new(move |work| {
-            Some(match work.query {
-                Query::Closest => Box::new(move || {
-                    let mut tally = Tally::default();
-                    for ray in &work.rays {
-                        let mut hit = RayHit::none();
-                        wide.ray_traverse(native(ray), &mut hit, |ray, id| leaf_triangles[id].intersect(ray));
-                        tally.add(hit.t);
-                    }
-                    tally
-                }),
-                Query::Any => Box::new(move || {
-                    let hit =
-                        |ray: &&Ray| !wide.ray_traverse_miss(native(ray), |ray, id| leaf_triangles[id].intersect(ray));
-                    Tally { hits: work.rays.iter().filter(hit).count() as u64, distance: 0.0 }
-                }),
-            })
+        prepare: Box::new(move |work| match work.query {
+            Query::Closest => Some(Box::new(move || {
+                let mut tally = Tally::default();
+                for ray in &work.rays {
+                    let mut hit = RayHit::none();
+                    wide.ray_traverse(native(ray), &mut hit, |ray, id| leaf_triangles[id].intersect(ray));
+                    tally.add(hit.t);
+                }
+                tally
+            })),
+            Query::Any => Some(Box::new(move || {
+                let hit =
+                    |ray: &&Ray| !wide.ray_traverse_miss(native(ray), |ray, id| leaf_triangles[id].intersect(ray));
+                Tally { hits: work.rays.iter().filter(hit).count() as u64, distance: 0.0 }
+            })),
+            Query::All | Query::Point => None,
         }),
     }
 }

@@ -35,7 +35,7 @@ pub fn rows(folder: &Path, repeat: usize) -> anyhow::Result<Vec<Value>> {
     let mut rows = Vec::new();
     for (name, file) in SCENES {
         let scene = Arc::new(load(&SceneSource::File(folder.join(file)), &LoadOptions::default(), &token)?);
-        let camera = NamedView::Outside.camera(&scene, scene.up);
+        let (camera, place) = (NamedView::Outside.camera(&scene, scene.up), NamedView::Outside.place(&scene));
         let subject =
             Subject { model: name.to_owned(), load: LoadOptions::default(), scene, trees: Vec::new(), rays: None };
         let setups = ContainerKind::ALL.map(|container| Setup {
@@ -46,7 +46,7 @@ pub fn rows(folder: &Path, repeat: usize) -> anyhow::Result<Vec<Value>> {
         for (traversal, repeat) in [(Traversal::Ordered, repeat), (Traversal::Paper, 1)] {
             let view = TraceView {
                 camera,
-                place: NamedView::Outside.place(&scene),
+                place,
                 size: SIZE,
                 traversal,
                 simd: SimdLevel::of_builds(),

@@ -16,11 +16,18 @@ pub enum Query {
     Closest,
     /// Any hit.
     Any,
+    /// All hits, by distance.
+    All,
+    /// The point of the mesh that is nearest to the ray's origin.
+    Point,
 }
+
+/// The kinds of rays and points.
+pub const WORKS: [&str; 5] = ["primary", "ao", "diffuse", "all-hits", "closest-point"];
 
 /// Rays with a question.
 pub struct Workload {
-    /// "primary", "ao" or "diffuse".
+    /// One of [`WORKS`].
     pub name: &'static str,
     /// Kind of query.
     pub query: Query,
@@ -33,9 +40,9 @@ pub struct Workload {
 /// An engine's results, the same for all engines.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tally {
-    /// Rays that hit something.
+    /// Hits, at most one of a ray unless the query is [`Query::All`].
     pub hits: u64,
-    /// Sum of the distances of the nearest hits; 0 where the query is [`Query::Any`].
+    /// Sum of their distances; 0 where the query is [`Query::Any`].
     pub distance: f64,
 }
 
@@ -57,14 +64,15 @@ impl Tally {
 
 /// Primary rays through the centres of `size`² pixels (a power of two) along the Z curve, so that each 4 × 4, 8 × 8 or 16 × 16
 /// neighbours form a square tile; four ambient occlusion rays and one diffuse ray for each of their hits in `tree`, distributed
-/// by the cosine, without limits. The same in every run.
+/// by the cosine, without limits; all hits of the primary rays; and a sixteenth as many points for which the nearest point is sought,
+/// distributed evenly over `bounds`. The same in every run.
 pub fn workloads(
     tree: &Tree<Aabb>,
     triangles: &[Triangle],
     bounds: &Aabb,
     camera: &Camera,
     size: u32,
-) -> [Workload; 3] {
+) -> [Workload; WORKS.len()] {
     let leaf_triangles: Vec<Triangle> = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
     let frame = camera.for_size(size, size);
     // Far enough off the surface for every engine's rounding.
@@ -83,10 +91,19 @@ pub fn workloads(
         occlusion.extend((0..OCCLUSION_RAYS).map(|k| Ray::new(origin, around(normal, pixel + k))));
         diffuse.push(Ray::new(origin, around(normal, pixel + OCCLUSION_RAYS)));
     }
+    let share = |bits: u64| (bits & 0x1f_ffff) as f32 / (1 << 21) as f32;
+    let point = |index| {
+        let x = mixed(index);
+        Ray::new(bounds.min + bounds.extent() * Vec3::new(share(x), share(x >> 21), share(x >> 42)), Vec3::X)
+    };
+    let points = (0..u64::from(size * size / 16)).map(point).collect();
+    let [first, second, third, fourth, fifth] = WORKS;
     [
-        Workload { name: "primary", query: Query::Closest, coherent: true, rays: primary },
-        Workload { name: "ao", query: Query::Any, coherent: false, rays: occlusion },
-        Workload { name: "diffuse", query: Query::Closest, coherent: false, rays: diffuse },
+        Workload { name: first, query: Query::Closest, coherent: true, rays: primary.clone() },
+        Workload { name: second, query: Query::Any, coherent: false, rays: occlusion },
+        Workload { name: third, query: Query::Closest, coherent: false, rays: diffuse },
+        Workload { name: fourth, query: Query::All, coherent: true, rays: primary },
+        Workload { name: fifth, query: Query::Point, coherent: false, rays: points },
     ]
 }
 
@@ -113,13 +130,18 @@ fn every_other_bit(mut x: u32) -> u32 {
     (x | x >> 8) & 0xffff
 }
 
-/// Direction number `index` around `normal`, distributed by the cosine.
-fn around(normal: Vec3, index: u64) -> Vec3 {
+/// Random bits number `index`.
+fn mixed(index: u64) -> u64 {
     // splitmix64 (Steele, Lea, Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
     let mut x = index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    x ^= x >> 31;
+    x ^ (x >> 31)
+}
+
+/// Direction number `index` around `normal`, distributed by the cosine.
+fn around(normal: Vec3, index: u64) -> Vec3 {
+    let x = mixed(index);
     let share = |bits: u64| (bits & 0xff_ffff) as f32 / (1 << 24) as f32;
     let (angle, height) = (share(x) * std::f32::consts::TAU, share(x >> 24));
     let radius = height.sqrt();

@@ -118,10 +118,10 @@ pub fn interfaces(ready: &Ready) -> Interface<'_> {
         name: "single",
         prepare: Box::new(move |work| {
             let mut rays: Vec<Ray> = work.rays.iter().map(Ray::new).collect();
-            Some(match work.query {
+            match work.query {
                 Query::Closest => {
                     let ends: Vec<f32> = rays.iter().map(|ray| ray.t).collect();
-                    Box::new(move || {
+                    Some(Box::new(move || {
                         let mut tally = Tally::default();
                         for (ray, &end) in rays.iter_mut().zip(&ends) {
                             ray.t = end;
@@ -129,13 +129,14 @@ pub fn interfaces(ready: &Ready) -> Interface<'_> {
                             tally.add(if ray.t < FAR { ray.t } else { f32::INFINITY });
                         }
                         tally
-                    })
+                    }))
                 }
-                Query::Any => Box::new(move || {
+                Query::Any => Some(Box::new(move || {
                     let hits = rays.iter().filter(|ray| wide.is_occluded(ray)).count();
                     Tally { hits: hits as u64, distance: 0.0 }
-                }),
-            })
+                })),
+                Query::All | Query::Point => None,
+            }
         }),
     }
 }

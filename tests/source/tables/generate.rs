@@ -5,8 +5,20 @@ use serde_json::Value;
 use super::measured_rows::{Rows, Shown, rate, source};
 
 /// Every table.
-pub const NAMES: [&str; 11] =
-    ["ready", "ready-one", "costs", "trees", "memory", "rays", "single", "robust", "engines", "picture", "paper"];
+pub const NAMES: [&str; 12] = [
+    "ready",
+    "ready-one",
+    "costs",
+    "trees",
+    "memory",
+    "rays",
+    "single",
+    "robust",
+    "queries",
+    "engines",
+    "picture",
+    "paper",
+];
 
 /// Every sentence, with the part of the rows that it is about.
 const SENTENCES: [(&str, &str); 3] = [("picture-range", "picture"), ("costs-range", "tree"), ("paper-range", "paper")];
@@ -40,6 +52,12 @@ const BASE: &str = "Embree MEDIUM";
 const COMPARED: [(&str, &str); 4] =
     [("Swift", "Embree LOW"), ("Fast", "Embree LOW"), ("HQ", "Embree MEDIUM"), ("Best", "Embree MEDIUM")];
 const KINDS: [(&str, &str); 3] = [("primary", "primary"), ("ao", "ambient occlusion"), ("diffuse", "diffuse")];
+/// Rates of all hits and of closest points.
+const QUERIES: [Rates<'_>; 3] = [
+    Rates { kind: "all-hits", title: "all hits", interface: "", is_robust: false },
+    Rates { kind: "all-hits", title: "all hits, robust", interface: "", is_robust: true },
+    Rates { kind: "closest-point", title: "closest point", interface: "", is_robust: false },
+];
 /// Engines with their names in tables.
 const ENGINES: [(&str, &str); 5] = [
     ("bvhscope", "this engine"),
@@ -68,9 +86,10 @@ pub fn table(marker: &str, rows: &Rows) -> Result<Option<String>, String> {
         "costs" => ("tree", |rows, _, _| costs(rows)),
         "trees" => ("tree", |rows, _, _| trees(rows)),
         "memory" => ("tree", |rows, _, _| memory(rows)),
-        "rays" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "", false)),
-        "single" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "single", false)),
-        "robust" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), "single", true)),
+        "rays" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), of_kinds("", false))),
+        "single" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), of_kinds("single", false))),
+        "robust" => ("primary", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), of_kinds("single", true))),
+        "queries" => ("closest-point", |rows, all, shown| rays(&with_all_kinds(rows, all, shown), QUERIES)),
         "engines" => ("primary", |rows, all, shown| engines(&with_all_kinds(rows, all, shown))),
         "picture" => ("picture", |rows, _, _| pictures(rows)),
         "paper" => ("paper", |rows, _, _| paper(rows)),
@@ -116,6 +135,11 @@ fn contents(name: &str, rows: &[&Value]) -> String {
         "rays" => rates("Embree's fastest tree and interface"),
         "single" => rates("Embree, both one ray at a time"),
         "robust" => rates("Embree's robust scenes, which are as watertight, both one ray at a time"),
+        "queries" => format!(
+            "Queries per second on one thread{repeat}, Best's over those of Embree's fastest tree: all hits of primary rays in order, \
+             with a filter function that collects, without and with its flag for robust scenes, and the nearest point of the mesh for \
+             points in the scene's box."
+        ),
         "engines" => format!(
             "Rays per second on one thread{repeat}, one ray at a time, over those of {BASE}: medians of all scenes."
         ),
@@ -174,9 +198,10 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The scenes of `rows` with the rows of all kinds of rays.
+/// The scenes of `rows` with the rows of all kinds of rays and queries.
 fn with_all_kinds<'a>(rows: &[&'a Value], all: &'a Rows, shown: Shown<'_>) -> Vec<Scene<'a>> {
-    let kinds: Vec<&Value> = KINDS.iter().flat_map(|(kind, _)| all.newest(kind, shown)).collect();
+    let kinds = KINDS.iter().map(|(kind, _)| *kind).chain(["all-hits", "closest-point"]);
+    let kinds: Vec<&Value> = kinds.flat_map(|kind| all.newest(kind, shown)).collect();
     let mut scenes = Scene::all(&kinds);
     scenes.retain(|scene| rows.iter().any(|row| row["model"] == scene.rows[0]["model"]));
     scenes
@@ -294,10 +319,25 @@ fn memory(rows: &[&Value]) -> Lines {
     by_setting(&tree_scenes(rows), &columns, number)
 }
 
-/// The rate of this engine's Best over that of Embree: of all interfaces, or of the one that is named, and of Embree's robust
-/// settings or the others.
-fn rays(scenes: &[Scene<'_>], interface: &str, is_robust: bool) -> Lines {
-    let ratio_of = |scene: &Scene<'_>, kind: &str| {
+/// A column of rates over Embree's.
+#[derive(Clone, Copy)]
+struct Rates<'a> {
+    kind: &'a str,
+    title: &'a str,
+    /// The interface of both; all of them where it is empty.
+    interface: &'a str,
+    /// Whether Embree's are its robust settings.
+    is_robust: bool,
+}
+
+/// [`Rates`] of each of [`KINDS`].
+fn of_kinds(interface: &str, is_robust: bool) -> [Rates<'_>; KINDS.len()] {
+    KINDS.map(|(kind, title)| Rates { kind, title, interface, is_robust })
+}
+
+/// The rate of this engine's Best over that of Embree.
+fn rays<const N: usize>(scenes: &[Scene<'_>], columns: [Rates<'_>; N]) -> Lines {
+    let ratio_of = |scene: &Scene<'_>, Rates { kind, interface, is_robust, .. }: Rates<'_>| {
         let fastest = |engine: &str| {
             let of_engine = scene.rows.iter().filter(|row| {
                 let setting = row["setting"].as_str().unwrap_or_default();
@@ -311,19 +351,19 @@ fn rays(scenes: &[Scene<'_>], interface: &str, is_robust: bool) -> Lines {
         Some(fastest("bvhscope")? / fastest("embree")?)
     };
     let mut table = Lines::new();
-    let mut ratios = [const { Vec::new() }; KINDS.len()];
+    let mut ratios = [const { Vec::new() }; N];
     for scene in scenes {
-        let of_kinds = KINDS.map(|(kind, _)| ratio_of(scene, kind));
-        ratios.iter_mut().zip(of_kinds).for_each(|(ratios, of_kind)| ratios.extend(of_kind));
-        if of_kinds.iter().any(Option::is_some) {
-            let cells = of_kinds.map(|of_kind| of_kind.map_or_else(none, ratio));
+        let in_columns = columns.map(|column| ratio_of(scene, column));
+        ratios.iter_mut().zip(in_columns).for_each(|(ratios, ratio)| ratios.extend(ratio));
+        if in_columns.iter().any(Option::is_some) {
+            let cells = in_columns.map(|cell| cell.map_or_else(none, ratio));
             table.push([scene.label.clone()].into_iter().chain(cells).collect());
         }
     }
     if table.is_empty() {
         return table;
     }
-    let header = ["scene, triangles"].into_iter().chain(KINDS.map(|(_, title)| title));
+    let header = ["scene, triangles"].into_iter().chain(columns.map(|column| column.title));
     table.insert(0, header.map(str::to_owned).collect());
     table.push(["median".to_owned()].into_iter().chain(ratios.map(median)).collect());
     table
