@@ -138,6 +138,11 @@ impl WideBvh {
         Some(if self.contains(point) { -distance } else { distance })
     }
 
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangle_count
+    }
+
     /// Bytes of nodes and leaves for each triangle.
     pub fn bytes_per_triangle(&self) -> f64 {
         (self.tree.node_bytes() + self.tree.leaf_bytes()) as f64 / self.triangle_count.max(1) as f64

@@ -9,6 +9,7 @@ use glam::{Vec3, Vec3A};
 
 use super::aabb::Aabb;
 use super::prepared_ray::{PreparedRay, Shear};
+use super::ray::Hit;
 use super::triangle::Triangle;
 
 /// Factor on a box's exit distance, 16 ulp: more than the rounding of slab and triangle test together (about 6 ulp each), so
@@ -29,6 +30,15 @@ pub struct TriangleHit {
     pub u: f32,
     /// Barycentric weight of the third corner.
     pub v: f32,
+}
+
+impl TriangleHit {
+    /// The hit of the triangle with this index.
+    #[inline(always)]
+    pub(crate) fn of(self, primitive_index: u32) -> Hit {
+        let Self { t, u, v } = self;
+        Hit { t, primitive_index, u, v }
+    }
 }
 
 /// Intersection of a ray with two sibling containers.

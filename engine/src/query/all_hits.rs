@@ -3,23 +3,41 @@
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
-use crate::geometry::{Hit, PreparedRay, Ray, TriangleHit};
+use crate::geometry::{Hit, PreparedRay, Ray};
 use crate::kernel::simd::baseline;
 use crate::tree::traverse::{LeafTriangles, NoProbe, Probe, walk, with_stack};
 use crate::tree::{Container, Tree};
 
+/// A hit as lists order it.
+pub(crate) trait Listed: Copy {
+    /// Distance along the ray.
+    fn t(&self) -> f32;
+    /// What is hit; of equal distances the lower one comes first.
+    fn index(&self) -> impl Ord;
+}
+
+impl Listed for Hit {
+    fn t(&self) -> f32 {
+        self.t
+    }
+
+    fn index(&self) -> impl Ord {
+        self.primitive_index
+    }
+}
+
 /// The hits of a ray that a traversal has found so far, of which the nearest `max` are wanted.
-pub(crate) struct HitList<'a> {
-    hits: &'a mut Vec<Hit>,
+pub(crate) struct HitList<'a, H = Hit> {
+    hits: &'a mut Vec<H>,
     max: usize,
     /// Number of hits at which those too many are dropped.
     room: usize,
     t_max: f32,
 }
 
-impl<'a> HitList<'a> {
+impl<'a, H: Listed> HitList<'a, H> {
     /// No hit yet within `t_max`. Replaces what `hits` held.
-    pub(crate) fn new(hits: &'a mut Vec<Hit>, max: usize, t_max: f32) -> Self {
+    pub(crate) fn new(hits: &'a mut Vec<H>, max: usize, t_max: f32) -> Self {
         hits.clear();
         // A hit has a finite distance.
         // So many more than are wanted that each hit is sorted a few times at most.
@@ -40,8 +58,8 @@ impl<'a> HitList<'a> {
 
     /// Adds a hit no farther than [`HitList::t_max`]. That of a triangle in several leaves may come several times.
     #[inline(always)]
-    pub(crate) fn add(&mut self, TriangleHit { t, u, v }: TriangleHit, primitive_index: u32) {
-        self.hits.push(Hit { t, primitive_index, u, v });
+    pub(crate) fn add(&mut self, hit: H) {
+        self.hits.push(hit);
         if self.hits.len() >= self.room {
             self.shrink();
         }
@@ -51,10 +69,10 @@ impl<'a> HitList<'a> {
     #[cold]
     fn shrink(&mut self) {
         self.hits.sort_unstable_by(by_distance);
-        self.hits.dedup_by_key(|hit| hit.primitive_index);
+        self.hits.dedup_by(|a, b| a.index() == b.index());
         if self.hits.len() > self.max {
             self.hits.truncate(self.max + 1);
-            self.t_max = self.hits[self.max].t;
+            self.t_max = self.hits[self.max].t();
         }
     }
 
@@ -105,8 +123,8 @@ impl HitLists {
 }
 
 /// The nearer hit first, of equal distances that of the lower index.
-fn by_distance(a: &Hit, b: &Hit) -> Ordering {
-    a.t.partial_cmp(&b.t).unwrap_or(Ordering::Equal).then(a.primitive_index.cmp(&b.primitive_index))
+fn by_distance<H: Listed>(a: &H, b: &H) -> Ordering {
+    a.t().partial_cmp(&b.t()).unwrap_or(Ordering::Equal).then(a.index().cmp(&b.index()))
 }
 
 /// The hits of `ray` with the triangles of `tree` between its `t_min` and `t_max`, into `hits`: each triangle once, by distance, at equal
@@ -142,7 +160,7 @@ pub fn all_hits_counted<C: Container, P: Probe>(
                     probe.tested(index, hit.map(|hit| hit.t));
                 }
                 if let Some(hit) = hit {
-                    list.add(hit, index);
+                    list.add(hit.of(index));
                 }
             }
             ControlFlow::Continue(list.t_max())

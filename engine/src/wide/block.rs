@@ -55,7 +55,7 @@ impl TriangleBlock<'_> {
 
     /// A number for each triangle, above 1, or negative where it is a needle: its marked index.
     #[inline(always)]
-    fn marks<S: Simd>(&self, simd: S) -> f32x4<S> {
+    pub(crate) fn marks<S: Simd>(&self, simd: S) -> f32x4<S> {
         f32x4::from_slice(simd, &self.window[(self.count() * COORDINATES) & 63..][..BLOCK])
     }
 
@@ -92,7 +92,7 @@ impl TriangleBlock<'_> {
 
     /// Coordinates of the three corners on an axis; `shift` is eight times its number.
     #[inline(always)]
-    fn corners<S: Simd>(&self, simd: S, shift: u32) -> [f32x4<S>; 3] {
+    pub(crate) fn corners<S: Simd>(&self, simd: S, shift: u32) -> [f32x4<S>; 3] {
         let count = self.count();
         // A shift takes less time than a multiplication. At most 24; by the mask the compiler sees that the window is never left.
         let start = (self.starts() >> (shift & 31) & 31) as usize;

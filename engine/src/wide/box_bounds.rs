@@ -100,6 +100,19 @@ impl WideContainer for Aabb {
 }
 
 impl<S: Simd> BoxRay<S> {
+    /// A ray that enters boxes as if they were larger by `widening` on both sides of each axis; `None` if it cannot hit anything.
+    #[inline(always)]
+    pub(crate) fn widened(simd: S, ray: &Ray, widening: [f32; 3]) -> Option<Self> {
+        let mut boxes = Aabb::prepare(simd, &RayLanes::single::<S, Aabb>(simd, ray)?, 0);
+        for (axis, widening) in widening.into_iter().enumerate() {
+            // Towards the near planes at the entry, away from the far ones at the exit.
+            let pad = if boxes.near[axis] == 0 { widening } else { -widening };
+            boxes.near_origin[axis] += pad;
+            boxes.far_origin[axis] -= pad;
+        }
+        Some(boxes)
+    }
+
     /// Distances at which the ray enters and leaves each box, the second without [`FAR_SLACK`].
     #[inline(always)]
     pub(crate) fn between(&self, simd: S, bounds: &BoxLanes) -> (f32x8<S>, f32x8<S>) {

@@ -67,6 +67,18 @@ impl FusedBoxRay {
         };
         Some((boxes, TriangleLanes::new(simd, ray, direction, [origin; 2], inverse, t_min)))
     }
+
+    /// A ray that enters boxes as if they were larger by `widening` on both sides of each axis.
+    #[inline(always)]
+    pub(crate) fn widened<S: Simd>(simd: S, ray: &Ray, widening: [f32; 3]) -> Option<Self> {
+        let (mut boxes, _) = Self::new(simd, ray)?;
+        for (axis, widening) in widening.into_iter().enumerate() {
+            let pad = widening * boxes.inverse[axis].abs();
+            boxes.near_product[axis] += pad;
+            boxes.far_product[axis] -= pad;
+        }
+        Some(boxes)
+    }
 }
 
 impl<S: Simd> LaneTest<S, BoxLanes> for FusedBoxRay {

@@ -142,10 +142,8 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
     let marked = are_needles(simd, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]).select(-marked, marked);
     let rows = [ax, bx, cx, ay, by, cy, az, bz, cz, marked];
     let count = last % BLOCK + 1;
-    if let Some(window) = values.first_chunk_mut::<{ BLOCK * VALUES }>() {
-        for (at, row) in rows.iter().enumerate() {
-            window[at * count..][..BLOCK].copy_from_slice(row.as_slice());
-        }
+    if let Some(window) = values.first_chunk_mut() {
+        write_rows(&rows, count, window);
     } else {
         for (row, to) in rows.iter().zip(values.chunks_exact_mut(count)) {
             to.copy_from_slice(&row.as_slice()[..count]);
@@ -153,9 +151,17 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
     }
 }
 
+/// Writes the rows of a block of `count` triangles: each with four, of which the next row overwrites what is too much.
+#[inline(always)]
+pub(crate) fn write_rows<S: Simd>(rows: &[f32x4<S>; VALUES], count: usize, window: &mut [f32; BLOCK * VALUES]) {
+    for (at, row) in rows.iter().enumerate() {
+        window[at * count..][..BLOCK].copy_from_slice(row.as_slice());
+    }
+}
+
 /// [`Triangle::is_needle`] of four triangles.
 #[inline(always)]
-fn are_needles<S: Simd>(simd: S, [a, b, c]: [[f32x4<S>; 3]; 3]) -> mask32x4<S> {
+pub(crate) fn are_needles<S: Simd>(simd: S, [a, b, c]: [[f32x4<S>; 3]; 3]) -> mask32x4<S> {
     let (ab, ac) = (each!(axis => b[axis] - a[axis]), each!(axis => c[axis] - a[axis]));
     let normal = [ab[1] * ac[2] - ac[1] * ab[2], ab[2] * ac[0] - ac[2] * ab[0], ab[0] * ac[1] - ac[0] * ab[1]];
     let size = normal[0].abs().max(normal[1].abs()).max(normal[2].abs());

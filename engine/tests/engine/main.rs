@@ -19,6 +19,7 @@ mod cuts;
 mod degenerate;
 mod determinism;
 mod follow;
+mod instances;
 mod invariants;
 mod items;
 mod merge_choices;

@@ -48,7 +48,7 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
         }
         if current.is_leaf() {
             for block in tree.leaves.blocks(current) {
-                block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit, index));
+                block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));
             }
             continue;
         }

@@ -5,6 +5,7 @@ pub(crate) mod all_hits;
 pub(crate) mod beam;
 mod cache_lines;
 pub(crate) mod closest_point;
+pub(crate) mod copies;
 pub(crate) mod items;
 pub mod packet;
 mod packet_tree;
@@ -209,4 +210,20 @@ impl AnyWideTree {
     fn offer_points(&self, level: Level, nearest: &mut NearestPoint) {
         with_wide_tree!(self, tree => return_at_few_levels!(level, simd => closest_point::closest_point(simd, tree, nearest)));
     }
+}
+
+/// `ray` prepared for [`each_hit_of_copy`]; `None` if it cannot hit anything.
+pub(crate) fn world_ray(level: Level, ray: &Ray) -> Option<copies::WorldRay> {
+    return_at_few_levels!(level, simd => copies::WorldRay::new(simd, ray))
+}
+
+/// The hits of a ray with a copy of a mesh, see [`copies::each_hit`].
+pub(crate) fn each_hit_of_copy(
+    level: Level,
+    copy: copies::Copy<'_>,
+    world: &copies::WorldRay,
+    t_max: f32,
+    found: copies::Found<'_>,
+) {
+    return_at_few_levels!(level, simd => copies::each_hit(simd, copy, world, t_max, found))
 }

@@ -1,0 +1,182 @@
+//! Copies of meshes: where one stands, and rays carried into the coordinates of its mesh, with a bound on what rounding moves.
+
+use std::array::from_fn;
+
+use glam::{Affine3A, DMat3, DVec3, Vec3};
+
+use super::aabb::Aabb;
+use super::ray::Ray;
+use super::triangle::Triangle;
+
+/// Part of the reach of copy and ray by which the boxes of a mesh are widened for a ray carried into its coordinates: 64 units of 2⁻²⁴,
+/// of which docs/containers.md accounts for 40.
+const CARRY_PAD: f64 = 64.0 / (1 << 24) as f64;
+/// Part of its terms by which a computed coordinate may be off, 4 units of 2⁻²⁴: three products and three sums.
+const PLACE_PAD: f64 = 4.0 / (1 << 24) as f64;
+/// Largest scale of a transform, and of its inverse, whose rays stay within the range of single precision.
+const LARGEST_SCALE: f64 = 1e12;
+/// Largest coordinate of a copy: as far as triangles are watertight.
+const LARGEST_COORDINATE: f64 = 1e18;
+/// Largest difference from the identity of a transform times its computed inverse.
+const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
+
+/// The place of a copy of a mesh: an affine transform from its coordinates to those of the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Factors of the coordinates and the translation, by axis of the world.
+    pub(crate) rows: [[f32; 4]; 3],
+    inverse: DMat3,
+    /// The largest sum of the absolute terms of a coordinate of the copy.
+    reach: f64,
+}
+
+/// A ray in the coordinates of a mesh.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CarriedRay {
+    /// The ray, whose direction was scaled by a power of two.
+    pub(crate) ray: Ray,
+    /// Distances along it for one of the ray that was carried: a power of two.
+    per_distance: f32,
+    /// By how much boxes must be widened on each axis, so that it enters every box of a triangle that the ray in the world hits.
+    pub(crate) widening: [f32; 3],
+}
+
+impl Placement {
+    /// A copy of a mesh within `bounds`.
+    ///
+    /// # Errors
+    ///
+    /// Why there can be no such copy: a transform that is not finite, singular or nearly so, or with scales or coordinates out of range.
+    pub fn new(transform: &Affine3A, bounds: &Aabb) -> Result<Self, &'static str> {
+        let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+        let rows: [[f32; 4]; 3] = from_fn(|axis| [x[axis], y[axis], z[axis], transform.translation[axis]]);
+        if !rows.as_flattened().iter().all(|number| number.is_finite()) {
+            return Err("its transform is not finite");
+        }
+        let matrix = DMat3::from_cols(x.as_dvec3(), y.as_dvec3(), z.as_dvec3());
+        let inverse = matrix.inverse();
+        let residual = inverse * matrix - DMat3::IDENTITY;
+        // NaN fails each comparison.
+        let is_within = |matrix: DMat3, limit: f64| matrix.to_cols_array().iter().all(|number| number.abs() <= limit);
+        if !is_within(residual, LARGEST_RESIDUAL) {
+            return Err("its transform is singular, or nearly so");
+        }
+        if !(is_within(matrix, LARGEST_SCALE) && is_within(inverse, LARGEST_SCALE)) {
+            return Err("its scale is below 1e-12 or above 1e12");
+        }
+        let farthest = if bounds.is_empty() { Vec3::ZERO } else { bounds.min.abs().max(bounds.max.abs()) }.as_dvec3();
+        let terms = |row: [f32; 4]| {
+            let [x, y, z, translation] = row.map(|number| f64::from(number.abs()));
+            x * farthest.x + y * farthest.y + z * farthest.z + translation
+        };
+        let reach = rows.map(terms).into_iter().fold(0.0, f64::max);
+        if reach > LARGEST_COORDINATE {
+            return Err("its coordinates exceed 1e18");
+        }
+        Ok(Self { rows, inverse, reach })
+    }
+
+    /// A point of the mesh in the world: ((x·m₀ + y·m₁) + z·m₂) + m₃ on each axis, each operation rounded to single precision. Whoever
+    /// computes the corners of a copy so has a flat scene with the very same hits.
+    #[inline]
+    pub fn point(&self, point: Vec3) -> Vec3 {
+        let coordinate = |[x, y, z, translation]: [f32; 4]| point.x * x + point.y * y + point.z * z + translation;
+        Vec3::from_array(self.rows.map(coordinate))
+    }
+
+    /// A triangle of the mesh in the world: its corners, in their order.
+    pub fn triangle(&self, triangle: &Triangle) -> Triangle {
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| self.point(corner));
+        Triangle { a, b, c }
+    }
+
+    /// A box in the world around all that [`Placement::point`] makes of points in `bounds`; empty where that is empty.
+    pub(crate) fn bounds(&self, bounds: &Aabb) -> Aabb {
+        if bounds.is_empty() {
+            return Aabb::EMPTY;
+        }
+        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        let pad = self.reach * PLACE_PAD;
+        let sides = self.rows.map(|row| {
+            let [x, y, z, translation] = row.map(f64::from);
+            let ends = DVec3::new(x, y, z);
+            let (low, high) = ((ends * min).min(ends * max), (ends * min).max(ends * max));
+            let [low, high] = [low, high].map(|ends| translation + ends.element_sum());
+            [((low - pad) as f32).next_down(), ((high + pad) as f32).next_up()]
+        });
+        Aabb { min: sides.map(|side| side[0]).into(), max: sides.map(|side| side[1]).into() }
+    }
+
+    /// `ray` in the coordinates of the mesh; `None` where these leave the range of single precision.
+    ///
+    /// The widening is more than what rounding moves between the two: 40 units of 2⁻²⁴ of S·W on an axis, where S is the sum of the
+    /// absolute elements of the inverse's row and W that of the reaches of copy and ray. docs/containers.md, "Copies of meshes", derives it.
+    pub(crate) fn carry(&self, ray: &Ray) -> Option<CarriedRay> {
+        let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
+        let origin = self.inverse * (ray.origin.as_dvec3() - DVec3::new(x, y, z));
+        let direction = self.inverse * ray.direction.as_dvec3();
+        // So that neither its square nor its reciprocal leaves the range.
+        let exponent = direction.abs().max_element().log2().floor();
+        let (scale, per_distance) = (f64::exp2(-exponent), f64::exp2(exponent) as f32);
+        let carried = Ray {
+            origin: origin.as_vec3(),
+            direction: (direction * scale).as_vec3(),
+            t_min: (ray.t_min.max(0.0) * per_distance).next_down().max(0.0),
+            t_max: ray.t_max,
+        };
+        let reach = (self.reach + f64::from(ray.origin.abs().max_element())) * CARRY_PAD;
+        let rows = self.inverse.transpose();
+        let widening = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row.abs().element_sum() * reach) as f32);
+        let fits = carried.origin.is_finite() && per_distance.is_normal() && carried.direction.is_finite();
+        let carried = CarriedRay { ray: carried, per_distance, widening };
+        fits.then(|| CarriedRay { ray: Ray { t_max: carried.distance(ray.t_max), ..carried.ray }, ..carried })
+    }
+}
+
+impl CarriedRay {
+    /// A distance along the ray that was carried, along this one, or the next larger number.
+    #[inline(always)]
+    pub(crate) fn distance(&self, distance: f32) -> f32 {
+        (distance * self.per_distance).next_up()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::sphere::tests::numbers;
+
+    #[test]
+    fn copies_lie_in_their_boxes() {
+        let mut number = numbers();
+        let mut vector = |scale: f32| Vec3::new(number(), number(), number()) * scale;
+        for case in 0..3_000 {
+            let scale = [1e-6, 1.0, 1e6][case % 3];
+            let matrix = glam::Mat3A::from_cols(vector(scale).into(), vector(scale).into(), vector(scale).into());
+            let transform = Affine3A { matrix3: matrix, translation: vector([1.0, 1e7][case % 2]).into() };
+            let (a, b) = (vector(3.0), vector(3.0));
+            let bounds = Aabb { min: a.min(b), max: a.max(b) };
+            let Ok(placement) = Placement::new(&transform, &bounds) else { continue };
+            let placed = placement.bounds(&bounds);
+            for corner in 0..8 {
+                let side = |axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+                let point = placement.point(Vec3::new(side(0), side(1), side(2)));
+                assert!(point.cmpge(placed.min).all() && point.cmple(placed.max).all(), "{transform:?} {point}");
+            }
+        }
+    }
+
+    #[test]
+    fn transforms_without_an_inverse_are_refused_by_name() {
+        let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        let refused = |transform: Affine3A| Placement::new(&transform, &unit).expect_err("refused");
+        assert!(refused(Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0))).contains("singular"));
+        assert!(refused(Affine3A::from_scale(Vec3::NAN)).contains("not finite"));
+        assert!(refused(Affine3A::from_translation(Vec3::INFINITY)).contains("not finite"));
+        assert!(refused(Affine3A::from_scale(Vec3::splat(1e13))).contains("scale"));
+        assert!(refused(Affine3A::from_scale(Vec3::splat(1e-13))).contains("scale"));
+        assert!(refused(Affine3A::from_translation(Vec3::splat(2e18))).contains("coordinates"));
+        let flat = glam::Mat3A::from_cols_array(&[1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 0.0, 0.0, 1.0]);
+        assert!(refused(Affine3A { matrix3: flat, translation: glam::Vec3A::ZERO }).contains("singular"));
+    }
+}

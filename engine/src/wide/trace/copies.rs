@@ -1,0 +1,175 @@
+//! Rays through the wide tree of a mesh of which there is a copy: nodes are tested in the coordinates of the mesh, triangles in the world.
+
+use std::ops::ControlFlow;
+
+use fearless_simd::{Select, Simd, SimdBase, f32x4};
+
+use crate::geometry::{Aabb, CarriedRay, Placement, Ray, TriangleHit};
+use crate::kernel::each;
+use crate::wide::block::{BlockRay, TriangleBlock};
+use crate::wide::box_bounds::BoxRay;
+use crate::wide::box_lanes::{BoxLanes, LaneTest};
+use crate::wide::child::Child;
+use crate::wide::fused_box::FusedBoxRay;
+use crate::wide::layout::{BLOCK, VALUES, WINDOW};
+use crate::wide::leaves::{are_needles, write_rows};
+use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
+use crate::wide::trace::single::{Waiting, take_lane};
+use crate::wide::trace::stack::Stack;
+use crate::wide::tree::WideTree;
+
+/// Called with each hit and the index of its triangle in the mesh; returns the distance up to which hits are wanted from there on, or
+/// that no more are wanted.
+pub type Found<'a> = &'a mut dyn FnMut(TriangleHit, u32) -> ControlFlow<(), f32>;
+
+/// A ray in the world, prepared for tests of triangles.
+pub struct WorldRay {
+    ray: Ray,
+    lanes: TriangleLanes<1>,
+}
+
+impl WorldRay {
+    /// `None` for a ray that cannot hit anything.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(simd: S, ray: &Ray) -> Option<Self> {
+        // A hit has a finite distance.
+        let ray = Ray { t_max: ray.t_max.min(f32::MAX), ..*ray };
+        let lanes = match FusedBoxRay::new(simd, &ray) {
+            Some((_, lanes)) => lanes,
+            None => RayLanes::single::<S, Aabb>(simd, &ray)?.triangles,
+        };
+        Some(Self { ray, lanes })
+    }
+}
+
+/// A copy of the mesh of a tree.
+#[derive(Clone, Copy)]
+pub(crate) struct Copy<'a> {
+    pub(crate) tree: &'a WideTree<Aabb>,
+    pub(crate) place: &'a Placement,
+}
+
+/// Hands the hits of `world` with the `copy` to `found`, in any order, as they are for the triangles that [`Placement::triangle`]
+/// makes: at distances up to `t_max`.
+#[inline(always)]
+pub(crate) fn each_hit<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, t_max: f32, found: Found<'_>) {
+    let Some(root) = copy.tree.root else { return };
+    let ray = Ray { t_max, ..world.ray };
+    let Some(carried) = copy.place.carry(&ray) else { return scan(simd, copy, world, root, t_max, found) };
+    if let Some(boxes) = FusedBoxRay::widened(simd, &carried.ray, carried.widening) {
+        walk(simd, copy, world, root, &boxes, &carried, t_max, found);
+    } else if let Some(boxes) = BoxRay::widened(simd, &carried.ray, carried.widening) {
+        walk(simd, copy, world, root, &boxes, &carried, t_max, found);
+    } else {
+        scan(simd, copy, world, root, t_max, found);
+    }
+}
+
+/// [`each_hit`] from `root` on; nearer children first.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a ray in two forms, tree and place")]
+fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
+    simd: S,
+    copy: Copy<'_>,
+    world: &WorldRay,
+    root: Child,
+    boxes: &T,
+    carried: &CarriedRay,
+    mut t_max: f32,
+    found: Found<'_>,
+) {
+    let mut end = carried.distance(t_max);
+    let mut stack = Stack::new();
+    stack.push(Waiting::new(0.0, root));
+    while let Some(waiting) = stack.pop() {
+        let current = waiting.child();
+        if waiting.entry() > end * T::SLACK {
+            continue;
+        }
+        if current.is_leaf() {
+            if visit_leaf(simd, copy, world, current, &mut t_max, found).is_break() {
+                return;
+            }
+            end = carried.distance(t_max);
+            continue;
+        }
+        let mut space = None;
+        let (bounds, children) = copy.tree.node(current).unpack(simd, &mut space);
+        let (mut entered, entries) = boxes.intersect(simd, bounds, end);
+        let mark = stack.reserve();
+        while entered != 0 {
+            let lane = take_lane(&mut entered);
+            copy.tree.prefetch(children[lane]);
+            stack.push(Waiting::new(entries[lane], children[lane]));
+            stack.sort_last(mark, |a, b| a < b);
+        }
+    }
+}
+
+/// [`each_hit`] of every triangle, for a ray that cannot be carried into the coordinates of the mesh.
+#[cold]
+#[inline(never)]
+fn scan<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, root: Child, mut t_max: f32, found: Found<'_>) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut stack = vec![root];
+            while let Some(current) = stack.pop() {
+                if current.is_leaf() && visit_leaf(simd, copy, world, current, &mut t_max, found).is_break() {
+                    return;
+                }
+                stack.extend(copy.tree.children_of(current));
+            }
+        },
+    );
+}
+
+/// Tests the triangles of a leaf in the world.
+#[inline(always)]
+fn visit_leaf<S: Simd>(
+    simd: S,
+    copy: Copy<'_>,
+    world: &WorldRay,
+    leaf: Child,
+    t_max: &mut f32,
+    found: Found<'_>,
+) -> ControlFlow<()> {
+    let block_ray = BlockRay::new(&world.lanes, 0);
+    for block in copy.tree.leaves.blocks(leaf) {
+        let window = placed(simd, block, copy.place);
+        let block = TriangleBlock { window: &window, count: block.count };
+        let mut flow = ControlFlow::Continue(*t_max);
+        block_ray.each_hit(simd, block, &world.ray, *t_max, |hit, index| {
+            if let ControlFlow::Continue(end) = flow
+                && hit.t <= end
+            {
+                flow = found(hit, index);
+            }
+        });
+        match flow {
+            ControlFlow::Continue(end) => *t_max = end,
+            ControlFlow::Break(()) => return ControlFlow::Break(()),
+        }
+    }
+    ControlFlow::Continue(())
+}
+
+/// The values of a block whose triangles stand in the world: each corner as [`Placement::point`] has it.
+#[inline(always)]
+fn placed<S: Simd>(simd: S, block: TriangleBlock<'_>, place: &Placement) -> [f32; WINDOW] {
+    let [x, y, z] = each!(axis => block.corners(simd, 8 * axis as u32));
+    let splat = |value| f32x4::splat(simd, value);
+    let placed = each!(axis => {
+        let [mx, my, mz, translation] = place.rows[axis].map(splat);
+        each!(corner => x[corner] * mx + y[corner] * my + z[corner] * mz + translation)
+    });
+    let [[ax, bx, cx], [ay, by, cy], [az, bz, cz]] = placed;
+    // The sign is the mark of needles, which the mesh may have elsewhere.
+    let marked = block.marks(simd).abs();
+    let marked = are_needles(simd, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]).select(-marked, marked);
+    let mut window = [0.0; WINDOW];
+    if let Some(values) = window.first_chunk_mut::<{ BLOCK * VALUES }>() {
+        write_rows(&[ax, bx, cx, ay, by, cy, az, bz, cz, marked], block.count(), values);
+    }
+    window
+}
