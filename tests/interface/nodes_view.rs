@@ -178,3 +178,43 @@ fn a_closed_view_derives_nothing_and_an_open_one_what_it_shows() {
             < 1.0 + f64::from(root) * 1e-5
     );
 }
+
+/// The row of a depth in the list in place of the outline.
+fn depth_row<'a>(harness: &'a Window, depth: u32) -> egui_kittest::Node<'a> {
+    harness
+        .query_all_by_role(Role::ListItem)
+        .filter(|row| row.rect().left() < 100.0)
+        .find(|row| row.accesskit_node().label().unwrap_or_default().starts_with(&format!("{depth}, ")))
+        .unwrap_or_else(|| panic!("no row of depth {depth}"))
+}
+
+#[test]
+fn depths_are_listed_with_their_visits_and_drawn_by_a_click() {
+    let mut harness = open("Nodes");
+    harness.get_by_label("Depths").click();
+    settle(&mut harness);
+    let accel = presented(&harness).accel;
+    let counts = accel.report.stats.nodes_per_depth.clone();
+    for (depth, &nodes) in (0..).zip(&counts).take(5) {
+        let label = depth_row(&harness, depth).accesskit_node().label().unwrap_or_default();
+        assert!(label.starts_with(&format!("{depth}, {nodes}, ")), "{label}");
+    }
+    // Each ray that enters the root visits it once.
+    let root = depth_row(&harness, 0).accesskit_node().label().unwrap_or_default();
+    assert!(root.starts_with("0, 1, 1") && root.ends_with(", 1") || root.ends_with(", 1.00"), "{root}");
+    let measured = harness.state().state.model.derived.measured(&accel).expect("visits are measured").1.clone();
+    let [a, b] = [1, 2].map(|node| measured.visits.counts[node]);
+    let visits = f64::from(a + b) / f64::from(measured.visits.root_hits());
+    let second = depth_row(&harness, 1).accesskit_node().label().unwrap_or_default();
+    assert!(second.ends_with(&format!(", {}", bvhscope::app::format::significant(visits))), "{second}, {visits}");
+
+    depth_row(&harness, 3).click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.overlay.depth, Some([3, 3]));
+    depth_row(&harness, 3).click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.overlay.depth, None, "a second click gives the range back");
+    harness.get_by_label("Outline").click();
+    settle(&mut harness);
+    assert!(harness.query_by_label("Unfold node 1").is_some());
+}

@@ -60,18 +60,38 @@ pub(super) fn node_row(
     ui: &mut Ui,
     state: &mut AppState,
     node: u32,
+    name: (&str, f32),
+    cells: &[Cell<'_>],
+) -> Response {
+    let nodes = &state.selection.nodes;
+    let response = text_row(ui, name, cells, nodes.selected == Some(node), nodes.hovered == Some(node));
+    if response.hovered() {
+        state.selection.point_at(node);
+    }
+    if response.clicked() {
+        state.select_node(node);
+    }
+    if response.double_clicked() {
+        state.activity.requests.push(Request::Perform(Action::FrameSelection));
+    }
+    response
+}
+
+/// Shows a row that begins `indent` points from the left with `name`, and has `cells` at its right end.
+pub(super) fn text_row(
+    ui: &mut Ui,
     (name, indent): (&str, f32),
     cells: &[Cell<'_>],
+    selected: bool,
+    pointed: bool,
 ) -> Response {
     let palette = theme::palette(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
-    let selected = state.selection.nodes.selected == Some(node);
     response.widget_info(|| {
         let cells = cells.iter().map(|cell| cell.text).filter(|text| !text.is_empty());
         let text = std::iter::once(name).chain(cells).collect::<Vec<_>>().join(", ");
         WidgetInfo::selected(Role::ListItem, true, selected, text)
     });
-    let pointed = state.selection.nodes.hovered == Some(node);
     let fill =
         if selected { Some(ui.visuals().selection.bg_fill) } else { pointed.then(|| ui.visuals().faint_bg_color) };
     if let Some(fill) = fill {
@@ -85,15 +105,6 @@ pub(super) fn node_row(
     if response.has_focus() {
         let stroke = egui::Stroke::new(1.0, palette.accent);
         ui.painter().rect_stroke(rect, CornerRadius::same(3), stroke, egui::StrokeKind::Inside);
-    }
-    if response.hovered() {
-        state.selection.point_at(node);
-    }
-    if response.clicked() {
-        state.select_node(node);
-    }
-    if response.double_clicked() {
-        state.activity.requests.push(Request::Perform(Action::FrameSelection));
     }
     response
 }

@@ -1,20 +1,24 @@
-//! The view "Nodes": the outline of the tree, and beside it the worst nodes.
+//! The view "Nodes": the outline of the tree or its depths, and beside it the worst nodes.
 
+mod depths;
 mod ranking;
 mod state;
 
 pub use state::NodesView;
 
+use std::sync::Arc;
+
 use egui::{self, Key, Rect, RichText, Ui, UiBuilder, pos2, vec2};
 
-use self::state::{OutlineRow, RankingInputs};
+use self::state::{DepthInputs, DepthList, OutlineRow, RankingInputs};
 use crate::accel::node_values::NodeValues;
 use crate::app::state::{AppState, Presented};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::parts::{self, Cell};
 use crate::app::views::{Needs, View};
-use crate::app::widgets::{Icon, Tip as _, icon_button};
+use crate::app::widgets::{Icon, Tip as _, chip, icon_button};
 use crate::app::{format, theme};
+use crate::lab::by_depth::by_depth;
 use crate::lab::node_ranking::rank_nodes;
 
 /// Share of the width that the outline takes.
@@ -41,7 +45,22 @@ impl View for NodesView {
         let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
         let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
         ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
-        ui.scope_builder(UiBuilder::new().max_rect(left), |ui| self.outline(ui, state, &shown));
+        ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
+            ui.horizontal(|ui| {
+                let outline = "The tree, node by node. Alt+arrows walk from the selected node";
+                let depths = "The tree by depth: number, area, empty space and measured visits of the nodes of each";
+                for (is_by_depth, label, tip) in [(false, "Outline", outline), (true, "Depths", depths)] {
+                    if chip(ui, label, self.is_by_depth == is_by_depth, tip) {
+                        self.is_by_depth = is_by_depth;
+                    }
+                }
+            });
+            if self.is_by_depth {
+                self.list_depths(ui, state, &shown);
+            } else {
+                self.outline(ui, state, &shown);
+            }
+        });
         ui.scope_builder(UiBuilder::new().max_rect(right), |ui| self.list(ui, state, &shown));
         ui.advance_cursor_after_rect(whole);
     }
@@ -60,6 +79,21 @@ impl View for NodesView {
         studies.add(plan, |accel, inputs: &RankingInputs, token| {
             let visits = inputs.visits.as_ref().map(|visits| &*visits.0);
             rank_nodes(&NodeValues { accel, visits }, &inputs.order, token)
+        })?;
+        let plan = StudyPlan::new(
+            "depths",
+            "Counting nodes by depth",
+            |state| &mut state.views.get_mut::<Self>().depths,
+            |state, _| {
+                state.inputs_of(|view: &Self, model, accel| {
+                    view.is_by_depth.then(|| Self::depth_inputs(&model.derived, accel))
+                })
+            },
+        );
+        studies.add(plan, |accel, inputs: &DepthInputs, token| {
+            let visits = inputs.iter().map(|(population, visits)| (*population, &visits.0.counts[..]));
+            let entering = inputs.as_ref().map_or(0, |(_, visits)| visits.0.root_hits());
+            Ok(Arc::new(DepthList { depths: by_depth(accel, visits, token)?, entering }))
         })
     }
 }
@@ -113,7 +147,7 @@ fn heading(ui: &mut Ui) {
     let palette = theme::palette(ui);
     let text = |text: &str| RichText::new(text).color(palette.dim);
     ui.horizontal(|ui| {
-        ui.label(text("Outline")).tip("The tree, node by node. Alt+arrows walk from the selected node");
+        ui.label(text("node"));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.add_space(16.0);
             ui.label(text("area")).tip("Surface area relative to the root's");

@@ -10,7 +10,9 @@ use crate::accel::node_values::KnownVisits;
 use crate::accel::{Accel, is_same};
 use crate::app::state::{Derived, Presented, Study, ViewState};
 use crate::catalog::metrics::{self, Metric, Source};
+use crate::lab::by_depth::Depth;
 use crate::lab::node_ranking::NodeOrder;
+use crate::lab::population::Population;
 use crate::overlay::NodeTable;
 
 /// Inputs of a ranking.
@@ -22,11 +24,27 @@ pub struct RankingInputs {
     pub visits: Option<KnownVisits>,
 }
 
-/// The outline of the tree and the list of worst nodes.
+/// Input of the list of depths: the measured visits, where they are known.
+pub type DepthInputs = Option<(Population, KnownVisits)>;
+
+/// The tree by depth.
+#[derive(Debug, Clone)]
+pub struct DepthList {
+    /// The depths, the root's first.
+    pub depths: Vec<Depth>,
+    /// Number of measured rays that enter the root.
+    pub entering: u32,
+}
+
+/// The outline of the tree or its depths, and the list of worst nodes.
 #[derive(Debug)]
 pub struct NodesView {
     /// The outline.
     pub outline: Outline,
+    /// The depths are listed in place of the outline.
+    pub is_by_depth: bool,
+    /// The listed depths.
+    pub depths: Study<DepthInputs, Arc<DepthList>>,
     /// How it is sorted.
     pub order: NodeOrder,
     /// The listed nodes, the worst first.
@@ -42,6 +60,8 @@ pub struct NodesView {
 pub struct SharedNodesView {
     order: NodeOrder,
     unfolded: BTreeSet<u32>,
+    #[serde(default)]
+    is_by_depth: bool,
 }
 
 impl Default for SharedNodesView {
@@ -55,6 +75,8 @@ impl Default for NodesView {
         let order = NodeOrder { metric: metrics::REGRET, ascending: false, min_area: 0.001 };
         Self {
             outline: Outline::default(),
+            is_by_depth: false,
+            depths: Study::default(),
             order,
             ranking: Study::default(),
             revealed: None,
@@ -68,12 +90,13 @@ impl ViewState for NodesView {
     type Shared = SharedNodesView;
 
     fn shared(&self, tree: Option<&Arc<Accel>>) -> SharedNodesView {
-        let Self { outline, order, ranking: _, revealed: _, pasted_unfolded } = self;
+        let Self { outline, is_by_depth, depths: _, order, ranking: _, revealed: _, pasted_unfolded } = self;
         let unfolded = tree.map_or_else(|| pasted_unfolded.clone(), |tree| outline.unfolded(tree));
-        SharedNodesView { order: *order, unfolded }
+        SharedNodesView { order: *order, unfolded, is_by_depth: *is_by_depth }
     }
 
-    fn show_shared(&mut self, SharedNodesView { order, unfolded }: SharedNodesView) {
+    fn show_shared(&mut self, SharedNodesView { order, unfolded, is_by_depth }: SharedNodesView) {
+        self.is_by_depth = is_by_depth;
         let min_area = if order.min_area.is_finite() { order.min_area.clamp(0.0, 1.0) } else { 0.0 };
         (self.order, self.revealed) = (NodeOrder { min_area, ..order }, None);
         self.pasted_unfolded = unfolded;
@@ -88,7 +111,7 @@ impl ViewState for NodesView {
     #[cfg(test)]
     fn changed() -> Self {
         let order = NodeOrder { metric: metrics::OVERLAP, ascending: true, min_area: 0.01 };
-        Self { order, pasted_unfolded: BTreeSet::from([0, 2]), ..Self::default() }
+        Self { order, pasted_unfolded: BTreeSet::from([0, 2]), is_by_depth: true, ..Self::default() }
     }
 }
 
@@ -101,6 +124,12 @@ impl NodesView {
         }
         let visits = derived.needed_visits(accel, order.metric.source == Source::Visits).ok()?;
         Some(RankingInputs { order, visits })
+    }
+
+    /// Input of the list of depths of `accel`.
+    pub(super) fn depth_inputs(derived: &Derived, accel: &Arc<Accel>) -> DepthInputs {
+        let (rays, measured) = derived.measured(accel)?;
+        Some((rays.population(), KnownVisits(Arc::clone(&measured.visits))))
     }
 
     /// Sorts by `metric`, the largest first; by the metric that it is sorted by already, the other way round.
