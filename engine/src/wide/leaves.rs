@@ -9,7 +9,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f32x4, mask32x4};
 
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
-use crate::geometry::{NEEDLE_ASPECT, Triangle};
+use crate::geometry::{Aabb, NEEDLE_ASPECT, Triangle};
 use crate::kernel::each;
 use crate::kernel::prefetch::prefetch_lines;
 use crate::wide::block::TriangleBlock;
@@ -91,6 +91,12 @@ impl Leaves {
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.values.len().saturating_sub(PADDING) / VALUES
+    }
+
+    /// The box around the triangles of a leaf.
+    pub(crate) fn bounds(&self, leaf: Child) -> Aabb {
+        let triangles = self.blocks(leaf).flat_map(|block| (0..block.count()).map(move |lane| block.triangle(lane)));
+        triangles.fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds()))
     }
 
     /// Prefetches a leaf, which need not exist.

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use bvhscope_engine::geometry::{Ray, Triangle};
 use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
-use bvhscope_engine::{BuildError, Bvh, CancelToken, ContainerKind, Hit, InstanceHit, Instances, Placed, build};
+use bvhscope_engine::{
+    AnyTree, BuildError, Bvh, CancelToken, ContainerKind, Hit, InstanceHit, Instances, Placed, build,
+};
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
 use crate::random::Random;
@@ -85,8 +87,11 @@ fn rays(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Ray> {
 fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &mut Random) -> usize {
     let (settings, token) = (BuildSettings::default(), CancelToken::new());
     let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
+    let open = 1.0 + 3.0 * random.signed().abs();
     let instances =
-        Instances::build(trees, copies, &settings, &token).unwrap_or_else(|error| panic!("{name}: {error}"));
+        Instances::build(trees, copies, &settings, open, &token).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let AnyTree::Aabb(top) = instances.top().tree() else { panic!("of boxes") };
+    assert!(top.primitive_indices.len() <= (copies.len() as f32 * open) as usize, "{name}");
     let (triangles, of) = flat(meshes, copies, &instances);
     assert_eq!(instances.triangle_count(), triangles.len() as u64, "{name}");
     let bvh = build(&triangles, &settings, &token).unwrap();
@@ -176,7 +181,7 @@ fn what_cannot_be_traced_is_refused_by_name() {
     let of = |container| Arc::new(build(&ball, &BuildSettings::preset(Preset::Fast, container), &token).unwrap());
     let refused = |container, copy: Placed| {
         let unit = Placed { mesh: 0, transform: Affine3A::IDENTITY };
-        match Instances::build(vec![of(container)], &[unit, copy], &BuildSettings::default(), &token) {
+        match Instances::build(vec![of(container)], &[unit, copy], &BuildSettings::default(), 1.0, &token) {
             Err(BuildError::Refused(text)) => text,
             other => panic!("{other:?}"),
         }
@@ -189,4 +194,29 @@ fn what_cannot_be_traced_is_refused_by_name() {
     assert!(text.contains("copy 1") && text.contains("singular"), "{text}");
     let text = refused(ContainerKind::Aabb, Placed { mesh: 3, transform: Affine3A::IDENTITY });
     assert!(text.contains("copy 1") && text.contains("no such mesh"), "{text}");
+}
+
+#[test]
+fn opened_copies_leave_rays_fewer_boxes_to_enter() {
+    // Long ones that cross each other: the boxes of whole copies overlap throughout.
+    let token = CancelToken::new();
+    let ball = mesh(trees::ball(Vec3::ZERO, 1.0, 20), &BuildSettings::default());
+    let copy = |index: i32| {
+        let turned = Quat::from_rotation_y(index as f32 * 0.4) * Quat::from_rotation_z(0.3);
+        let transform =
+            Affine3A::from_scale_rotation_translation(Vec3::new(8.0, 0.2, 0.2), turned, Vec3::Y * index as f32 * 0.1);
+        Placed { mesh: 0, transform }
+    };
+    let copies: Vec<Placed> = (0..24).map(copy).collect();
+    let entered = |open: f32| {
+        let trees = vec![Arc::clone(&ball.tree)];
+        let instances = Instances::build(trees, &copies, &BuildSettings::default(), open, &token).unwrap();
+        let AnyTree::Aabb(top) = instances.top().tree() else { panic!("of boxes") };
+        let area: f32 = top.nodes.iter().filter(|node| node.is_leaf()).map(|node| node.container.half_area()).sum();
+        (top.primitive_indices.len(), area)
+    };
+    let (closed, opened) = (entered(1.0), entered(8.0));
+    assert_eq!(closed.0, 24);
+    assert!(opened.0 > 100 && opened.0 <= 192, "{opened:?}");
+    assert!(opened.1 < 0.5 * closed.1, "{closed:?} {opened:?}");
 }

@@ -42,10 +42,12 @@ impl WorldRay {
     }
 }
 
-/// A copy of the mesh of a tree.
+/// A copy of a part of a mesh.
 #[derive(Clone, Copy)]
 pub(crate) struct Copy<'a> {
     pub(crate) tree: &'a WideTree<Aabb>,
+    /// Where the part begins.
+    pub(crate) start: Child,
     pub(crate) place: &'a Placement,
 }
 
@@ -53,26 +55,23 @@ pub(crate) struct Copy<'a> {
 /// makes: at distances up to `t_max`.
 #[inline(always)]
 pub(crate) fn each_hit<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, t_max: f32, found: Found<'_>) {
-    let Some(root) = copy.tree.root else { return };
     let ray = Ray { t_max, ..world.ray };
-    let Some(carried) = copy.place.carry(&ray) else { return scan(simd, copy, world, root, t_max, found) };
+    let Some(carried) = copy.place.carry(&ray) else { return scan(simd, copy, world, t_max, found) };
     if let Some(boxes) = FusedBoxRay::widened(simd, &carried.ray, carried.widening) {
-        walk(simd, copy, world, root, &boxes, &carried, t_max, found);
+        walk(simd, copy, world, &boxes, &carried, t_max, found);
     } else if let Some(boxes) = BoxRay::widened(simd, &carried.ray, carried.widening) {
-        walk(simd, copy, world, root, &boxes, &carried, t_max, found);
+        walk(simd, copy, world, &boxes, &carried, t_max, found);
     } else {
-        scan(simd, copy, world, root, t_max, found);
+        scan(simd, copy, world, t_max, found);
     }
 }
 
-/// [`each_hit`] from `root` on; nearer children first.
+/// [`each_hit`], nearer children first.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a ray in two forms, tree and place")]
 fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
     simd: S,
     copy: Copy<'_>,
     world: &WorldRay,
-    root: Child,
     boxes: &T,
     carried: &CarriedRay,
     mut t_max: f32,
@@ -80,7 +79,7 @@ fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
 ) {
     let mut end = carried.distance(t_max);
     let mut stack = Stack::new();
-    stack.push(Waiting::new(0.0, root));
+    stack.push(Waiting::new(0.0, copy.start));
     while let Some(waiting) = stack.pop() {
         let current = waiting.child();
         if waiting.entry() > end * T::SLACK {
@@ -109,11 +108,11 @@ fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
 /// [`each_hit`] of every triangle, for a ray that cannot be carried into the coordinates of the mesh.
 #[cold]
 #[inline(never)]
-fn scan<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, root: Child, mut t_max: f32, found: Found<'_>) {
+fn scan<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, mut t_max: f32, found: Found<'_>) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let mut stack = vec![root];
+            let mut stack = vec![copy.start];
             while let Some(current) = stack.pop() {
                 if current.is_leaf() && visit_leaf(simd, copy, world, current, &mut t_max, found).is_break() {
                     return;
