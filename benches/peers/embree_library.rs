@@ -9,13 +9,11 @@ use std::sync::OnceLock;
 
 use libloading::Library as File;
 
-use crate::embree_queries::PointArguments;
-
 /// Called with the bytes that Embree allocates, or gives back.
 pub type Monitor = extern "C" fn(*mut c_void, isize, bool) -> bool;
 
 /// Called with a triangle that may have a nearer point.
-pub type Measure = unsafe extern "C" fn(*mut PointArguments) -> bool;
+pub type Measure = unsafe extern "C" fn(*mut c_void) -> bool;
 
 /// A table of functions, each found by its name.
 macro_rules! functions {

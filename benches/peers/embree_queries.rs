@@ -98,7 +98,7 @@ fn of_version<'a, const MORE: usize>(scene: &'a Scene<'a>, work: &'a Workload) -
 
 /// A point with the radius in which the nearest point is sought (`RTCPointQuery`).
 #[repr(C, align(16))]
-pub struct PointQuery {
+struct PointQuery {
     point: [f32; 3],
     time: f32,
     radius: f32,
@@ -114,7 +114,7 @@ struct PointContext {
 
 /// Arguments of a function that measures the distance to a triangle.
 #[repr(C, align(16))]
-pub struct PointArguments {
+struct PointArguments {
     query: *mut PointQuery,
     search: *mut c_void,
     primitive: u32,
@@ -134,10 +134,10 @@ struct Search<'a> {
 /// # Safety
 ///
 /// For a query that was started with a [`Search`] over the mesh of its scene.
-unsafe extern "C" fn measure_triangle(arguments: *mut PointArguments) -> bool {
+unsafe extern "C" fn measure_triangle(arguments: *mut c_void) -> bool {
     // SAFETY: Embree passes the query and what it was started with, which nobody else holds.
     let (query, search, triangle) = unsafe {
-        let arguments = &*arguments;
+        let arguments = &*arguments.cast::<PointArguments>();
         (&mut *arguments.query, &mut *arguments.search.cast::<Search>(), arguments.primitive)
     };
     let corners = search.mesh.indices[triangle as usize].map(|index| search.mesh.vertices[index as usize].into());

@@ -43,7 +43,8 @@
 //! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated, moved or built again | pictures, frames | [`refit::refit`], [`refit::WideRefit`] |
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
-//! | `bvh` | both trees and the report of the build as one value, over triangles, items of the caller's own or copies of meshes | | [`build`], [`Bvh`], [`ItemBvh`], [`Instances`] |
+//! | `bvh` | both trees and the report of the build as one value, over triangles or items of the caller's own | | [`build`], [`Bvh`], [`ItemBvh`] |
+//! | `instances` | copies of meshes in two levels | builders, rays in packets | [`Instances`] |
 //! | [`follow`] | both trees behind one policy, which keep up with triangles that move from frame to frame | clips, seconds | [`follow::Follower`], [`follow::Policy`] |
 //!
 //! None of them depends on files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
@@ -82,6 +83,8 @@ pub mod fingerprint;
 
 mod bvh;
 
+mod instances;
+
 pub mod follow;
 
 #[cfg(feature = "tree-file")]
@@ -89,10 +92,11 @@ pub mod tree_file;
 
 pub use aac::build_cache;
 pub use builders::{BuildError, Items};
-pub use bvh::{BinaryBvh, BuildReport, Bvh, InstanceHit, Instances, ItemBvh, ItemHit, Placed, WideBvh, build};
+pub use bvh::{BinaryBvh, BuildReport, Bvh, ItemBvh, ItemHit, WideBvh, build};
 pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Placement, Ray, Sphere, Triangle};
 pub use glam;
+pub use instances::{InstanceHit, Instances, Placed};
 pub use kernel::SimdLevel;
 pub use optimize::orient;
 pub use query::ClosestPoint;

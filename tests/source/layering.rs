@@ -32,7 +32,8 @@ const ENGINE: Plan = Plan {
         ("refit", &["stage_times", "order", "construction"]),
         ("fingerprint", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "refit"]),
         ("bvh", &["order", "optimize", "construction", "refit", "fingerprint"]),
-        ("follow", &["stage_times", "order", "aac", "optimize", "construction", "fingerprint"]),
+        ("instances", &["stage_times", "order", "aac", "optimize", "construction", "refit", "fingerprint"]),
+        ("follow", &["instances", "stage_times", "order", "aac", "optimize", "construction", "fingerprint"]),
         (
             "tree_file",
             &[
@@ -46,6 +47,7 @@ const ENGINE: Plan = Plan {
                 "refit",
                 "fingerprint",
                 "bvh",
+                "instances",
                 "follow",
             ],
         ),

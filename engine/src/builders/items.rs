@@ -4,13 +4,9 @@
 //! boxes over boxes is built as one over triangles, by the same instructions. Spheres and polytopes replace those of the stand-ins
 //! where clustering starts, or in the finished tree of builders that do not cluster.
 
-use crate::aac::ClusterContainer;
-use crate::builders::{BuildError, build_container, check_size};
+use crate::builders::error::BuildError;
 use crate::cancel::{CancelToken, MEDIUM_STEPS};
 use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
-use crate::settings::{BuildSettings, Pass};
-use crate::stage_times::StageTimes;
-use crate::tree::{AnyTree, Tree};
 
 /// The containers of items of the caller's own: curves, points, solids, whole meshes.
 #[derive(Debug, Clone, Copy)]
@@ -75,40 +71,4 @@ fn stand_ins<C>(items: &[C], bounds: impl Fn(&C) -> Aabb, token: &CancelToken) -
         stand_ins.push(Triangle { a: min, b: max, c: min });
     }
     Ok(stand_ins)
-}
-
-/// Builds a binary tree over `items` with their containers, whatever `settings` say of containers; `stand_ins` are theirs.
-///
-/// # Errors
-///
-/// [`BuildError::Cancelled`] once `token` is cancelled; [`BuildError::Refused`] for passes that need triangles, and as
-/// [`build_binary`](super::build_binary).
-pub(crate) fn build_over_items(
-    items: &Items,
-    stand_ins: &[Triangle],
-    settings: &BuildSettings,
-    token: &CancelToken,
-) -> Result<(AnyTree, StageTimes), BuildError> {
-    if let Some(pass) = [Pass::Split, Pass::Orient].into_iter().find(|pass| settings.optimize.contains(*pass)) {
-        return Err(BuildError::Refused(format!("the pass '{}' needs triangles: build items without it", pass.name())));
-    }
-    let mut times = StageTimes::default();
-    let tree = match items {
-        Items::Boxes(_) => with_kind::<Aabb>(stand_ins, None, settings, token, &mut times)?.into(),
-        Items::Spheres(spheres) => with_kind(stand_ins, Some(spheres), settings, token, &mut times)?.into(),
-        Items::Dops(dops) => with_kind(stand_ins, Some(dops), settings, token, &mut times)?.into(),
-    };
-    Ok((tree, times))
-}
-
-fn with_kind<C: ClusterContainer>(
-    stand_ins: &[Triangle],
-    items: Option<&[C]>,
-    settings: &BuildSettings,
-    token: &CancelToken,
-    times: &mut StageTimes,
-) -> Result<Tree<C>, BuildError> {
-    let settings = BuildSettings { container: C::KIND, ..*settings };
-    check_size(stand_ins.len(), &settings)?;
-    build_container(stand_ins, items, &settings, None, token, times)
 }

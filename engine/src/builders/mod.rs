@@ -8,6 +8,7 @@ mod lbvh;
 mod none;
 
 pub mod depth_limit;
+mod error;
 mod flatten;
 mod items;
 pub(crate) mod prepared;
@@ -28,19 +29,8 @@ use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
 use crate::tree::{AnyTree, ContainerKind, Tree};
+pub use error::BuildError;
 pub use items::Items;
-pub(crate) use items::build_over_items;
-
-/// Reason for which no tree was built.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum BuildError {
-    /// The build was cancelled.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The settings do not allow these triangles; the text states why, and what to do.
-    #[error("{0}")]
-    Refused(String),
-}
 
 /// Builds a binary tree over `triangles`, all of whose coordinates must be finite, in the rayon pool of the calling thread.
 /// Returns it with the duration of each stage. Reports progress through `token`. Without triangles the tree has no nodes.
@@ -98,6 +88,42 @@ pub(crate) fn build_tree<C: ClusterContainer>(
 ) -> Result<Tree<C>, BuildError> {
     check_size(triangles.len(), settings)?;
     build_container(triangles, None, settings, None, token, &mut StageTimes::default())
+}
+
+/// Builds a binary tree over `items` with their containers, whatever `settings` say of containers; `stand_ins` are theirs.
+///
+/// # Errors
+///
+/// [`BuildError::Cancelled`] once `token` is cancelled; [`BuildError::Refused`] for passes that need triangles, and as
+/// [`build_binary`].
+pub(crate) fn build_over_items(
+    items: &Items,
+    stand_ins: &[Triangle],
+    settings: &BuildSettings,
+    token: &CancelToken,
+) -> Result<(AnyTree, StageTimes), BuildError> {
+    if let Some(pass) = [Pass::Split, Pass::Orient].into_iter().find(|pass| settings.optimize.contains(*pass)) {
+        return Err(BuildError::Refused(format!("the pass '{}' needs triangles: build items without it", pass.name())));
+    }
+    let mut times = StageTimes::default();
+    let tree = match items {
+        Items::Boxes(_) => with_kind::<Aabb>(stand_ins, None, settings, token, &mut times)?.into(),
+        Items::Spheres(spheres) => with_kind(stand_ins, Some(spheres), settings, token, &mut times)?.into(),
+        Items::Dops(dops) => with_kind(stand_ins, Some(dops), settings, token, &mut times)?.into(),
+    };
+    Ok((tree, times))
+}
+
+fn with_kind<C: ClusterContainer>(
+    stand_ins: &[Triangle],
+    items: Option<&[C]>,
+    settings: &BuildSettings,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, BuildError> {
+    let settings = BuildSettings { container: C::KIND, ..*settings };
+    check_size(stand_ins.len(), &settings)?;
+    build_container(stand_ins, items, &settings, None, token, times)
 }
 
 /// Builds a tree with containers `C`, over scaled coordinates where the areas of the given ones would overflow or vanish. `items` are

@@ -1,6 +1,5 @@
 //! Building a hierarchy that is ready to be traced: the binary tree, the wide tree made from it, and the report of the build.
 
-mod instances;
 mod items;
 mod report;
 mod wide;
@@ -22,7 +21,6 @@ use crate::tree::traverse::{self, IndexedTriangles, TestCounts, Traversal};
 use crate::tree::validate::validate;
 use crate::with_tree;
 
-pub use instances::{InstanceHit, Instances, Placed};
 pub use items::{ItemBvh, ItemHit};
 pub use report::BuildReport;
 pub use wide::WideBvh;

@@ -12,7 +12,7 @@ use crate::tree::{Container, Tree};
 pub(crate) trait Listed: Copy {
     /// Distance along the ray.
     fn t(&self) -> f32;
-    /// What is hit; of equal distances the lower one comes first.
+    /// The thing that is hit; of equal distances the lower one comes first.
     fn index(&self) -> impl Ord;
 }
 

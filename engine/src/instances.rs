@@ -9,8 +9,7 @@ use fearless_simd::Level;
 use glam::Affine3A;
 
 use crate::builders::BuildError;
-use crate::bvh::Bvh;
-use crate::bvh::items::ItemBvh;
+use crate::bvh::{Bvh, ItemBvh};
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS, MEDIUM_STEPS};
 use crate::geometry::{Aabb, Placement, Ray, TriangleHit};
 use crate::query::{HitList, Listed};
@@ -24,7 +23,7 @@ use crate::wide::{AnyWideTree, Child, WideTree};
 ///
 /// Rays find the very hits that they find in the flat scene whose triangles [`Placement::triangle`] makes, copy by copy: the same
 /// triangle, distance and weights, bit for bit. Boxes are tested in the coordinates of the mesh, widened by the derived bound of what
-/// rounding moves there (see `Placement::carry`), triangles in the world, with the corners that the flat scene has.
+/// rounding moves there (docs/containers.md, "Copies of meshes"), triangles in the world, with the corners that the flat scene has.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -108,7 +107,7 @@ impl Instances {
     /// Builds the tree over `copies` of `meshes` with `settings` in the calling thread's rayon pool; reports progress through `token`.
     /// Copies of meshes without triangles hit nothing.
     ///
-    /// Copies that overlap others or fill much of the scene make rays walk many trees in vain. So the parts of the largest boxes are
+    /// Copies that overlap others or fill much of the scene make rays walk many trees for nothing. So the parts of the largest boxes are
     /// *opened*, each replaced by the children of its node, until there are `open` times as many parts as copies: 1 opens none, 2 to 4 is
     /// usual (after Benthin et al., *Improved Two-Level BVHs using Partial Re-Braiding*, 2017). Hits are the same.
     ///
