@@ -184,11 +184,13 @@ pub fn whole(value: f64) -> String {
 ///
 /// ```
 /// assert_eq!([0.1234, 12.344, -12.344, 12_345.4].map(bvhscope::text::number), ["0.123", "12.34", "-12.34", "12,345"]);
-/// assert_eq!(bvhscope::text::number(f64::NAN), "–");
+/// assert_eq!([f64::NAN, -0.0, -0.0001].map(bvhscope::text::number), ["–", "0.000", "0.000"]);
 /// ```
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if size.is_nan() => "–".to_owned(),
+        // Not -0.000.
+        size if size < 0.0005 => "0.000".to_owned(),
         size if size < 10.0 => format!("{value:.3}"),
         size if size < 100.0 => format!("{value:.2}"),
         size if size < 1000.0 => format!("{value:.1}"),

@@ -23,6 +23,6 @@ Conventions of all functions:
 """
 
 from ._program import measure
-from ._tree import AllHits, ClosestPoints, Counts, Hits, Tree, build, load
+from ._tree import AllHits, ClosestPoints, Counts, Hits, Tree, build, from_file, load
 
-__all__ = ["AllHits", "ClosestPoints", "Counts", "Hits", "Tree", "build", "load", "measure"]
+__all__ = ["AllHits", "ClosestPoints", "Counts", "Hits", "Tree", "build", "from_file", "load", "measure"]

@@ -146,7 +146,22 @@ def build(
     ValueError: threshold: 1: give 2 to 64
     """
     owned = _own_faces(faces)
-    keywords: _engine._Keywords = {
+    keywords = _keywords(preset, container, builder, threshold, epsilon, curve, passes, rounds)
+    return Tree(_engine.build(vertices, owned, keywords, threads), owned)
+
+
+def _keywords(
+    preset: str,
+    container: str,
+    builder: str | None,
+    threshold: int | None,
+    epsilon: float | None,
+    curve: str | None,
+    passes: Iterable[str] | None,
+    rounds: int | None,
+) -> _engine._Keywords:
+    """The settings of a build."""
+    return {
         "preset": preset,
         "container": container,
         "builder": builder,
@@ -156,7 +171,66 @@ def build(
         "passes": None if passes is None else list(passes),
         "rounds": rounds,
     }
-    return Tree(_engine.build(vertices, owned, keywords, threads), owned)
+
+
+def from_file(
+    path: str | os.PathLike[str],
+    *,
+    allow_outside: bool = False,
+    preset: str = "fast",
+    container: str = "box",
+    builder: str | None = None,
+    threshold: int | None = None,
+    epsilon: float | None = None,
+    curve: str | None = None,
+    passes: Iterable[str] | None = None,
+    rounds: int | None = None,
+    threads: int = 0,
+) -> Tree:
+    """Read a model and build a tree over its triangles.
+
+    Parameters
+    ----------
+    path : path
+        A file of glTF, OBJ, PLY, STL or PBRT, also packed by gzip, or a tree file, whose triangles are taken; or
+        "builtin:NAME[:SIZE]", such as "builtin:teapot" and "builtin:terrain:100000".
+    allow_outside : bool
+        Let a model read files outside of its own folder.
+    preset, container, builder, threshold, epsilon, curve, passes, rounds, threads
+        As for :func:`build`.
+
+    Returns
+    -------
+    Tree
+        Over the triangles in the order of the file, with polygons divided; a model that moves is taken in its pose at rest.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where the file cannot be used: names the place and what to do.
+
+    Warns
+    -----
+    UserWarning
+        For each kind of fault that was skipped or repaired.
+
+    Examples
+    --------
+    >>> import bvhscope
+    >>> bvhscope.from_file("builtin:cornell")
+    <bvhscope.Tree: 36 triangles, box, aac, 71 nodes, SAH cost 14.2>
+    """
+    keywords = _keywords(preset, container, builder, threshold, epsilon, curve, passes, rounds)
+    path = os.fspath(path)
+    if not (path.startswith("builtin:") or "#" in path):
+        # Raises the error of Python for a file that is missing.
+        os.stat(path)
+    core, found = _engine.read_model(path, allow_outside, keywords, threads)
+    for warning in found:
+        warnings.warn(f"{path}: {warning}", UserWarning, stacklevel=2)
+    return Tree(core)
 
 
 def load(
@@ -215,7 +289,8 @@ def load(
 
 
 class Tree:
-    """A bounding volume hierarchy over triangles. Made by :func:`build` and :func:`load`; can be pickled.
+    """A bounding volume hierarchy over triangles. Made by :func:`build`, :func:`from_file` and :func:`load`; can be
+    pickled.
 
     Any number of threads may query a tree at once, also while :meth:`refit` runs: each call sees the triangles from before or after.
     """

@@ -76,7 +76,8 @@ pub(crate) fn read(
 }
 
 impl Core {
-    fn new(model: Model) -> Self {
+    /// The class for a model.
+    pub(crate) fn new(model: Model) -> Self {
         Self { model: Mutex::new(Arc::new(model)) }
     }
 

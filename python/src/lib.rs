@@ -13,7 +13,8 @@
 //! | [`settings`] | settings of a build from names and numbers | meshes |
 //! | [`model`] | triangles with their trees: built, read, refitted, written | Python |
 //! | [`queries`] | answers for many rays and points | Python |
-//! | [`core`] | the class `Core`, whose methods are all of the above | |
+//! | [`core`] | the class `Core`, whose methods are all of the above | files |
+//! | `files` | models of files, with the feature of this name | |
 
 mod error;
 
@@ -33,9 +34,16 @@ mod queries;
 
 mod core;
 
+#[cfg(feature = "files")]
+mod files;
+
 /// The module `bvhscope._engine`.
 #[pyo3::pymodule(gil_used = false)]
 mod _engine {
     #[pymodule_export]
     use crate::core::{Core, build, read};
+
+    #[cfg(feature = "files")]
+    #[pymodule_export]
+    use crate::files::read_model;
 }

@@ -14,9 +14,6 @@ use crate::rays::{Points, Rays};
 /// Rays or points that a thread takes at once.
 const PART: usize = 1024;
 
-/// Fewer rays than this are traced one by one: for a packet of one, the tests of fifteen others are wasted.
-const FEW: usize = 16;
-
 /// Calls `work` with each part and the index of its first ray or point, on all threads of the pool. A single part on the calling
 /// thread, which needs no pool.
 fn for_each_part<T: Send, R: Send>(
@@ -68,11 +65,7 @@ pub(crate) fn closest_hits(model: &Model, rays: &Rays, token: &CancelToken) -> R
     for_each_part(triangle.chunks_mut(PART).zip(numbers), token, |first, (triangle, (t, (u, v)))| {
         let rays = rays_of(model, rays, first..first + triangle.len());
         let mut found = vec![None; rays.len()];
-        if rays.len() < FEW {
-            rays.iter().zip(&mut found).for_each(|(ray, hit)| *hit = model.wide.closest_hit(ray));
-        } else {
-            model.wide.closest_hits(&rays, &mut found);
-        }
+        model.wide.closest_hits(&rays, &mut found);
         for (at, hit) in found.into_iter().enumerate() {
             if let Some(Hit { t: distance, primitive_index, u: second, v: third }) = hit {
                 (triangle[at], t[at], u[at], v[at]) = (primitive_index as i32, distance, second, third);

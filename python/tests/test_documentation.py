@@ -25,6 +25,7 @@ def test_examples_give_what_they_show(name):
     "function",
     [
         bvhscope.build,
+        bvhscope.from_file,
         bvhscope.load,
         *(member for name, member in inspect.getmembers(bvhscope.Tree, inspect.isfunction) if not name.startswith("_")),
     ],
