@@ -224,8 +224,8 @@ def from_file(
     """
     keywords = _keywords(preset, container, builder, threshold, epsilon, curve, passes, rounds)
     path = os.fspath(path)
-    if not (path.startswith("builtin:") or "#" in path):
-        # Raises the error of Python for a file that is missing.
+    if not path.startswith("builtin:") and not os.path.exists(path) and "#" not in path:
+        # Raises the error of Python for a file that is missing. In the name of a row of files, # stands for a digit.
         os.stat(path)
     core, found = _engine.read_model(path, allow_outside, keywords, threads)
     for warning in found:

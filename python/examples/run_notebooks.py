@@ -1,18 +1,17 @@
-"""Runs the code of the notebooks that the arguments name, without pictures on a screen. With `--pictures FOLDER` before them, the first
-figure of each is written there."""
+"""Runs the code of the notebooks that the arguments name, without pictures on a screen."""
 
+import argparse
 import json
 import pathlib
-import sys
 
 import matplotlib
 
 matplotlib.use("Agg")
-arguments = sys.argv[1:]
-pictures = None
-if arguments[0] == "--pictures":
-    pictures, arguments = pathlib.Path(arguments[1]), arguments[2:]
-for path in arguments:
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("notebooks", nargs="+")
+parser.add_argument("--pictures", type=pathlib.Path, metavar="FOLDER", help="write the first figure of each there")
+arguments = parser.parse_args()
+for path in arguments.notebooks:
     with open(path, encoding="utf-8") as file:
         cells = [cell for cell in json.load(file)["cells"] if cell["cell_type"] == "code"]
     names = {}
@@ -21,8 +20,9 @@ for path in arguments:
     import matplotlib.pyplot as plt
 
     assert plt.get_fignums(), f"{path}: no figure was drawn"
-    if pictures:
-        pictures.mkdir(exist_ok=True)
-        plt.figure(plt.get_fignums()[0]).savefig(pictures / f"{pathlib.Path(path).stem}.png", dpi=80, bbox_inches="tight")
+    if arguments.pictures:
+        arguments.pictures.mkdir(exist_ok=True)
+        file = arguments.pictures / f"{pathlib.Path(path).stem}.png"
+        plt.figure(plt.get_fignums()[0]).savefig(file, dpi=80, bbox_inches="tight")
     plt.close("all")
     print(f"{path}: {len(cells)} cells")

@@ -73,20 +73,23 @@ def of_open3d(vertices, faces):
     """Its queries of RaycastingScene, on one thread."""
     import open3d
 
+    tensors = open3d.core.Tensor(vertices), open3d.core.Tensor(faces)
+
     def build():
         scene = open3d.t.geometry.RaycastingScene(nthreads=1)
-        scene.add_triangles(open3d.core.Tensor(vertices), open3d.core.Tensor(faces))
+        scene.add_triangles(*tensors)
         # Built by the first query.
         scene.count_intersections(open3d.core.Tensor(np.array([[9e9, 9e9, 9e9, 1, 0, 0]], np.float32)))
         return scene
 
     scene = build()
-    as_rays = lambda rays: open3d.core.Tensor(np.concatenate(rays, axis=1))
     return {
+        # Its arrays have origin and direction side by side: not timed.
+        "prepare": lambda arrays: open3d.core.Tensor(np.concatenate(arrays, axis=1)),
         "build": build,
-        "closest": lambda rays: int(np.isfinite(scene.cast_rays(as_rays(rays), nthreads=1)["t_hit"].numpy()).sum()),
-        "any": lambda rays: int(scene.test_occlusions(as_rays(rays), nthreads=1).numpy().sum()),
-        "point": lambda points: scene.compute_closest_points(open3d.core.Tensor(points), nthreads=1)["points"].numpy(),
+        "closest": lambda rays: int(np.isfinite(scene.cast_rays(rays, nthreads=1)["t_hit"].numpy()).sum()),
+        "any": lambda rays: int(scene.test_occlusions(rays, nthreads=1).numpy().sum()),
+        "point": lambda points: scene.compute_closest_points(points, nthreads=1)["points"].numpy(),
     }
 
 
@@ -95,9 +98,11 @@ def of_embreex(vertices, faces):
     from embreex import rtcore_scene
     from embreex.mesh_construction import TriangleMesh
 
+    signed = faces.astype(np.int32)
+
     def build():
         scene = rtcore_scene.EmbreeScene()
-        TriangleMesh(scene, vertices, faces.astype(np.int32))
+        TriangleMesh(scene, vertices, signed)
         # Built by the first query.
         scene.run(np.full((1, 3), 9e9, np.float32), np.array([[1, 0, 0]], np.float32))
         return scene
@@ -115,7 +120,7 @@ def of_trimesh(vertices, faces):
     import trimesh
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
-    return {"point": lambda points: trimesh.proximity.closest_point(mesh, points)[0]}
+    return {"point": lambda points: trimesh.proximity.closest_point(mesh, *points)[0]}
 
 
 def of_this(vertices, faces):
@@ -126,7 +131,7 @@ def of_this(vertices, faces):
         "build": build,
         "closest": lambda rays: int((tree.closest_hit(*rays, threads=1).triangle >= 0).sum()),
         "any": lambda rays: int(tree.any_hit(*rays, threads=1).sum()),
-        "point": lambda points: tree.closest_point(points, threads=1).point,
+        "point": lambda points: tree.closest_point(*points, threads=1).point,
     }
 
 
@@ -139,21 +144,22 @@ def measure(name, vertices, faces):
         engine: make(vertices, faces) for engine, make in ENGINES.items() if importlib.util.find_spec(engine) is not None
     }
     tasks = [
-        ("build", "build", ()),
-        ("primary rays", "closest", (primary,)),
-        ("diffuse rays", "closest", (diffuse,)),
-        ("any hit of diffuse rays", "any", (diffuse,)),
+        ("build", "build", None),
+        ("primary rays", "closest", primary),
+        ("diffuse rays", "closest", diffuse),
+        ("any hit of diffuse rays", "any", diffuse),
         ("closest points", "point", (points[: POINTS // 10] if "trimesh" in engines else points,)),
     ]
     print(f"{name}, {len(faces):,} triangles, one thread, times over those of bvhscope")
-    for title, task, arguments in tasks:
+    for title, task, arrays in tasks:
         times, results = {}, {}
+        asked = {engine: queries for engine, queries in engines.items() if task in queries}
+        prepared = {engine: [queries.get("prepare", tuple)(arrays)] for engine, queries in asked.items() if arrays}
         for _ in range(ROUNDS + 1):
-            for engine, queries in engines.items():
-                if task in queries:
-                    start = time.perf_counter()
-                    results[engine] = queries[task](*arguments)
-                    times.setdefault(engine, []).append(time.perf_counter() - start)
+            for engine, queries in asked.items():
+                start = time.perf_counter()
+                results[engine] = queries[task](*prepared.get(engine, []))
+                times.setdefault(engine, []).append(time.perf_counter() - start)
         # The first round warms up.
         medians = {engine: statistics.median(times[1:]) for engine, times in times.items()}
         own = medians["bvhscope"]
@@ -162,7 +168,7 @@ def measure(name, vertices, faces):
         if task in ("closest", "any"):
             print("    hits: " + ", ".join(f"{engine} {count}" for engine, count in results.items()))
         if task == "point":
-            distances = {engine: np.linalg.norm(found - arguments[0], axis=1) for engine, found in results.items()}
+            distances = {engine: np.linalg.norm(found - arrays[0], axis=1) for engine, found in results.items()}
             worst = {engine: np.abs(found - distances["bvhscope"]).max() for engine, found in distances.items()}
             print("    largest difference of distances: " + ", ".join(f"{engine} {far:.1e}" for engine, far in worst.items()))
 
@@ -177,7 +183,9 @@ def lost_hits():
     counts = []
     for engine, make in ENGINES.items():
         if engine != "trimesh" and importlib.util.find_spec(engine) is not None:
-            counts.append(f"{engine} {len(targets) - make(vertices, faces)['closest'](rays)}")
+            queries = make(vertices, faces)
+            found = queries["closest"](queries.get("prepare", tuple)(rays))
+            counts.append(f"{engine} {len(targets) - found}")
     print(", ".join(counts))
 
 

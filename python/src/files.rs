@@ -27,7 +27,8 @@ pub(crate) fn read_model(
     let options = LoadOptions { allow_outside, ..LoadOptions::default() };
     let (model, warnings) = run(py, thread_count(threads)?, move |token| {
         let scene = load(&source, &options, token)?;
-        let warnings = scene.warnings.entries.iter().map(|warning| counted(warning.count, &warning.what)).collect();
+        let warnings =
+            scene.warnings.entries.iter().map(|warning| for_python(&counted(warning.count, &warning.what))).collect();
         let mesh = Gathered { triangles: scene.triangles, offset: scene.offset };
         Ok((Model::build(mesh, &settings, token)?, warnings))
     })?;
@@ -38,7 +39,12 @@ impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
         match error {
             LoadError::Cancelled(_) => Self::Cancelled,
-            LoadError::Unusable { .. } => Self::Value(error.to_string()),
+            LoadError::Unusable { .. } => Self::Value(for_python(&error.to_string())),
         }
     }
+}
+
+/// A text of the program with the name that its option has here.
+fn for_python(text: &str) -> String {
+    text.replace("--allow-outside", "allow_outside=True")
 }

@@ -1,6 +1,7 @@
 """Models of files, by the readers of the program."""
 
 import gzip
+import json
 
 import numpy as np
 import pytest
@@ -55,6 +56,26 @@ def test_faults_of_a_file_are_warnings_and_others_are_refused(tmp_path):
         bvhscope.from_file("builtin:bunny")
     with pytest.raises(ValueError, match="preset: 'x' is none of"):
         bvhscope.from_file("builtin:teapot", preset="x")
+
+
+def test_options_have_their_names_of_python(tmp_path):
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "mesh.bin").write_bytes(VERTICES[FACES].astype("<f4").tobytes())
+    count = 3 * len(FACES)
+    gltf = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "../mesh.bin", "byteLength": 12 * count}],
+        "bufferViews": [{"buffer": 0, "byteLength": 12 * count}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    path = tmp_path / "inside" / "mesh.gltf"
+    path.write_text(json.dumps(gltf))
+    with pytest.raises(ValueError, match="allow_outside=True"):
+        bvhscope.from_file(path)
+    assert bvhscope.from_file(path, allow_outside=True).triangle_count == len(FACES)
 
 
 def test_built_in_models_are_there():

@@ -36,6 +36,7 @@ except KeyboardInterrupt:
     "call",
     [
         'bvhscope.build(triangles, preset="finest", rounds=4096)',
+        'bvhscope.from_file("builtin:terrain:200000", preset="finest", rounds=4096)',
         "tree.closest_hit(points, points)",
         "tree.all_hits(points, points)",
         "tree.closest_point(points)",
