@@ -189,6 +189,27 @@ def lost_hits():
     print(", ".join(counts))
 
 
+def memory():
+    """Bytes for each triangle by which the process grows with what each engine builds, where the system says."""
+    vertices, faces = sphere(500)
+    if not os.path.exists("/proc/self/statm"):
+        return
+    built, cells = [], []
+    for engine, make in ENGINES.items():
+        if engine != "trimesh" and importlib.util.find_spec(engine) is not None:
+            build = make(vertices, faces)["build"]
+            before = resident()
+            built.append([build() for _ in range(3)])
+            cells.append(f"{engine} {(resident() - before) / 3 / len(faces):.0f}")
+    print("bytes for each triangle: " + ", ".join(cells))
+
+
+def resident():
+    """Bytes of this process in memory."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
 def overhead():
     """The time of a call with a single ray."""
     tree = bvhscope.build(*sphere(20))
@@ -203,6 +224,7 @@ def overhead():
 
 overhead()
 lost_hits()
+memory()
 for path in sys.argv[1:]:
     measure(os.path.basename(path), *load(path))
 if not sys.argv[1:]:
