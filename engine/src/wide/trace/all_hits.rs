@@ -1,5 +1,7 @@
 //! All hits of a single ray.
 
+use std::ops::ControlFlow;
+
 use fearless_simd::Simd;
 
 use crate::geometry::Ray;
@@ -9,8 +11,7 @@ use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
-use crate::wide::trace::single::{Waiting, take_lane};
-use crate::wide::trace::stack::Stack;
+use crate::wide::trace::walk::each_leaf;
 use crate::wide::tree::WideTree;
 
 /// Adds the hits of `ray` to `list`.
@@ -37,32 +38,12 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
     container_ray: &T,
     list: &mut HitList<'_>,
 ) {
-    let is_limited = list.is_limited();
     let block_ray = BlockRay::new(lanes, 0);
-    let mut stack = Stack::new();
-    stack.push(Waiting::new(0.0, root));
-    while let Some(waiting) = stack.pop() {
-        let (current, t_max) = (waiting.child(), list.t_max());
-        if waiting.entry() > t_max * T::SLACK {
-            continue;
+    each_leaf(simd, tree, root, container_ray, list.t_max(), list.is_limited(), |leaf| {
+        let t_max = list.t_max();
+        for block in tree.leaves.blocks(leaf) {
+            block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));
         }
-        if current.is_leaf() {
-            for block in tree.leaves.blocks(current) {
-                block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));
-            }
-            continue;
-        }
-        let mut space = None;
-        let (bounds, children) = tree.node(current).unpack(simd, &mut space);
-        let (mut entered, entries) = container_ray.intersect(simd, bounds, t_max);
-        let mark = stack.reserve();
-        while entered != 0 {
-            let lane = take_lane(&mut entered);
-            tree.prefetch(children[lane]);
-            stack.push(Waiting::new(entries[lane], children[lane]));
-            if is_limited {
-                stack.sort_last(mark, |a, b| a < b);
-            }
-        }
-    }
+        ControlFlow::Continue(list.t_max())
+    });
 }

@@ -14,8 +14,7 @@ use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::{BLOCK, VALUES, WINDOW};
 use crate::wide::leaves::{are_needles, write_rows};
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
-use crate::wide::trace::single::{Waiting, take_lane};
-use crate::wide::trace::stack::Stack;
+use crate::wide::trace::walk::each_leaf;
 use crate::wide::tree::WideTree;
 
 /// Called with each hit and the index of its triangle in the mesh; returns the distance up to which hits are wanted from there on, or
@@ -77,32 +76,12 @@ fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
     mut t_max: f32,
     found: Found<'_>,
 ) {
-    let mut end = carried.distance(t_max);
-    let mut stack = Stack::new();
-    stack.push(Waiting::new(0.0, copy.start));
-    while let Some(waiting) = stack.pop() {
-        let current = waiting.child();
-        if waiting.entry() > end * T::SLACK {
-            continue;
+    each_leaf(simd, copy.tree, copy.start, boxes, carried.distance(t_max), true, |leaf| {
+        match visit_leaf(simd, copy, world, leaf, &mut t_max, found) {
+            ControlFlow::Continue(()) => ControlFlow::Continue(carried.distance(t_max)),
+            ControlFlow::Break(()) => ControlFlow::Break(()),
         }
-        if current.is_leaf() {
-            if visit_leaf(simd, copy, world, current, &mut t_max, found).is_break() {
-                return;
-            }
-            end = carried.distance(t_max);
-            continue;
-        }
-        let mut space = None;
-        let (bounds, children) = copy.tree.node(current).unpack(simd, &mut space);
-        let (mut entered, entries) = boxes.intersect(simd, bounds, end);
-        let mark = stack.reserve();
-        while entered != 0 {
-            let lane = take_lane(&mut entered);
-            copy.tree.prefetch(children[lane]);
-            stack.push(Waiting::new(entries[lane], children[lane]));
-            stack.sort_last(mark, |a, b| a < b);
-        }
-    }
+    });
 }
 
 /// [`each_hit`] of every triangle, for a ray that cannot be carried into the coordinates of the mesh.

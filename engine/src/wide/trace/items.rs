@@ -11,8 +11,7 @@ use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
-use crate::wide::trace::single::{Waiting, take_lane};
-use crate::wide::trace::stack::Stack;
+use crate::wide::trace::walk::each_leaf;
 use crate::wide::tree::WideTree;
 
 /// Called with an item whose box the ray meets and with the distance up to which hits are wanted; returns that distance from there on,
@@ -44,37 +43,18 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
 ) {
     let mut t_max = ray.t_max;
     let block_ray = BlockRay::new(lanes, 0);
-    let mut stack = Stack::new();
-    stack.push(Waiting::new(0.0, root));
-    while let Some(waiting) = stack.pop() {
-        let current = waiting.child();
-        if waiting.entry() > t_max * T::SLACK {
-            continue;
-        }
-        if current.is_leaf() {
-            for block in tree.leaves.blocks(current) {
-                let (entered, entries) = block_ray.entered(simd, block, t_max);
-                for lane in bits(u64::from(entered)) {
-                    if entries[lane] > t_max {
-                        continue;
-                    }
-                    match visit(block.primitive_index(lane), t_max) {
-                        ControlFlow::Continue(end) => t_max = end,
-                        ControlFlow::Break(()) => return,
-                    }
+    each_leaf(simd, tree, root, container_ray, t_max, true, |leaf| {
+        for block in tree.leaves.blocks(leaf) {
+            let (entered, entries) = block_ray.entered(simd, block, t_max);
+            for lane in bits(u64::from(entered)) {
+                if entries[lane] <= t_max {
+                    t_max = match visit(block.primitive_index(lane), t_max) {
+                        ControlFlow::Continue(end) => end,
+                        ControlFlow::Break(()) => return ControlFlow::Break(()),
+                    };
                 }
             }
-            continue;
         }
-        let mut space = None;
-        let (bounds, children) = tree.node(current).unpack(simd, &mut space);
-        let (mut entered, entries) = container_ray.intersect(simd, bounds, t_max);
-        let mark = stack.reserve();
-        while entered != 0 {
-            let lane = take_lane(&mut entered);
-            tree.prefetch(children[lane]);
-            stack.push(Waiting::new(entries[lane], children[lane]));
-            stack.sort_last(mark, |a, b| a < b);
-        }
-    }
+        ControlFlow::Continue(t_max)
+    });
 }

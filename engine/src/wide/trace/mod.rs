@@ -12,6 +12,7 @@ mod packet_tree;
 pub(crate) mod single;
 pub(crate) mod stack;
 pub(crate) mod stream;
+mod walk;
 
 pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
 use fearless_simd::{Level, Simd};
