@@ -1,6 +1,8 @@
 //! The core of every job: several trees of one scene, built and traced alternately, so that a slow phase of the machine
 //! affects all of them alike.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use super::measurement::{Measurement, pool};
@@ -103,16 +105,20 @@ fn repeat(
     trials: &mut [Trial],
     repeated: &mut dyn FnMut(&[Trial]),
 ) -> Result<(), LabError> {
-    let pools = contenders
-        .iter()
-        .map(|contender| pool(contender.setup.threads))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(LabError::Refused)?;
+    // Trees of one number of threads share them: with threads of its own, a tree whose thread runs on a busier core than that of another
+    // for a while is called slower.
+    let mut pools = BTreeMap::new();
+    for threads in contenders.iter().map(|contender| contender.setup.threads) {
+        if let Entry::Vacant(none) = pools.entry(threads) {
+            none.insert(pool(threads).map_err(LabError::Refused)?);
+        }
+    }
     let rounds = view.repeat.max(1);
     for round in 0..rounds {
         for (turn, index) in turns(round, contenders.len()).enumerate() {
             let token = token.part(round * contenders.len() + turn, rounds * contenders.len());
-            pools[index].install(|| try_once(subject, &contenders[index], view, &token, &mut trials[index]))?;
+            pools[&contenders[index].setup.threads]
+                .install(|| try_once(subject, &contenders[index], view, &token, &mut trials[index]))?;
             repeated(trials);
         }
     }
