@@ -6,7 +6,7 @@ use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
-use crate::harness::{Window, app, app_of_size, presented, press, send, settle, two};
+use crate::harness::{Window, app, app_of_size, presented, press, send, settle, two, viewport};
 
 /// The row of a node in the outline, by the beginning of its name. The list beside it has rows of nodes too.
 fn row<'a>(harness: &'a Window, start: &str) -> Option<egui_kittest::Node<'a>> {
@@ -98,16 +98,22 @@ fn the_numbers_of_the_lessons_are_true() {
 }
 
 #[test]
-fn a_lesson_does_not_cover_the_start_page() {
-    let mut harness = app();
+fn a_lesson_stands_below_the_picture_which_keeps_its_size() {
+    let mut harness = app_of_size(vec2(1280.0, 800.0));
+    harness.state_mut().state.preferences.dock.show("Nodes");
     Action::Lesson(0).perform(&mut harness.state_mut().state);
-    settle(&mut harness);
-    assert!(harness.query_by_label("Leave").is_some());
-    for is_shown in [false, true] {
-        Action::StartPage.perform(&mut harness.state_mut().state);
+    let mut pictures = Vec::new();
+    for _ in 0..harness.state().state.layout.lesson.as_ref().unwrap().lesson.steps.len() {
         settle(&mut harness);
-        assert_eq!(harness.query_by_label("Leave").is_some(), is_shown);
+        let picture = viewport(&harness);
+        for label in ["Back", "What a tree saves"] {
+            let place = harness.get_by_label(label).rect();
+            assert!(!place.intersects(picture), "{label} at {place} covers the picture at {picture}");
+        }
+        pictures.push(picture);
+        Action::LessonNext.perform(&mut harness.state_mut().state);
     }
+    assert!(pictures.iter().all(|picture| picture == &pictures[0]), "{pictures:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use egui::{self, Margin, Panel, Rect, Ui};
 
-use super::{depth_bar, dialogs, dock, job_strip, menu, over, side, time_strip};
+use super::{depth_bar, dialogs, dock, job_strip, lesson, menu, over, side, time_strip};
 use crate::app::state::{AppState, Side};
 use crate::app::widgets::{note_panel, note_place, panel_frame, restore_sections, scroll, sections};
 use crate::app::{commands, theme, views};
@@ -106,7 +106,7 @@ fn right(ui: &mut Ui, state: &mut AppState) {
     }
 }
 
-/// From the bottom upwards: job strip, depth bar, time strip of a model that moves, dock.
+/// From the bottom upwards: job strip, depth bar, time strip of a model that moves, dock, lesson.
 fn bottom(ui: &mut Ui, state: &mut AppState) {
     let frame = panel_frame(Margin::symmetric(12, 4));
     Panel::bottom("job strip").frame(frame).show(ui, |ui| job_strip::show(ui, state));
@@ -118,6 +118,7 @@ fn bottom(ui: &mut Ui, state: &mut AppState) {
         note_place(ui.ctx(), "Time strip", strip.response.rect);
     }
     dock::show(ui, state);
+    lesson::show(ui, state);
 }
 
 /// Paints over the viewport's rectangle: legends, axes gizmo, facts of the hovered pixel, messages.
@@ -135,7 +136,6 @@ fn over_viewport(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     over::messages::show(ui, rect, state);
     over::pointer::node_menu(ui, rect, state);
     over::guides::tour(ui, rect, state);
-    over::guides::lesson(ui, rect, state);
     over::hints::drop_hint(ui, rect);
 }
 

@@ -7,6 +7,7 @@
 //! | `side` | sections of the side panels: statistics, selection, settings |
 //! | `menu`, `depth_bar`, `time_strip`, `job_strip` | the bars across the window |
 //! | `dock` | the laboratory: one strip of tabs above the depth bar, one open view |
+//! | `lesson` | the lesson that is being read, below the viewport |
 //! | `over` | legends, axes gizmo, pixel facts and messages over the viewport |
 //! | `dialogs` | command palette, start page, help, message log, about |
 
@@ -16,6 +17,7 @@ mod depth_bar;
 mod dialogs;
 mod dock;
 mod job_strip;
+mod lesson;
 mod menu;
 mod over;
 mod side;

@@ -1,13 +1,10 @@
-//! Cards that guide: the tour of the first start, whose cards point at the depth bar, the threshold and the shading and
-//! can be skipped; and the lesson that is being read, with caption, question, and the way through its steps.
+//! The tour of the first start: cards that point at the depth bar, the threshold and the shading, and can be skipped.
 
 use egui::{
     self, Align2, Area, CornerRadius, Frame, Id, Key, Label, Margin, Order, Pos2, Rect, RichText, Shape, Stroke,
-    StrokeKind, Ui, pos2, vec2,
+    StrokeKind, Ui, vec2,
 };
 
-use crate::app::commands::Action;
-use crate::app::state::lesson::Reading;
 use crate::app::state::{AppState, Severity, Side};
 use crate::app::theme;
 use crate::app::widgets::{Tip as _, hush, note_front, place_of};
@@ -17,6 +14,8 @@ use crate::render::{HeatKind, Shading};
 const WIDTH: f32 = 280.0;
 /// Distance between a card and what it points at, in points.
 const GAP: f32 = 16.0;
+/// Width at the lower left of the viewport in points, where the legend is.
+const LEGEND_WIDTH: f32 = 232.0;
 
 /// One card.
 struct Card {
@@ -70,7 +69,7 @@ pub(crate) fn tour(ui: &Ui, rect: Rect, state: &mut AppState) {
         Some(place) if card.in_right_panel => (Pos2::new(rect.right() - GAP, place.center().y), Align2::RIGHT_CENTER),
         // Beside the legend.
         Some(_) => {
-            let x = rect.center().x.max(rect.left() + SIDES[0] + 0.5 * WIDTH + GAP);
+            let x = rect.center().x.max(rect.left() + LEGEND_WIDTH + 0.5 * WIDTH + GAP);
             (Pos2::new(x, rect.bottom() - GAP), Align2::CENTER_BOTTOM)
         }
         None => (rect.center(), Align2::CENTER_CENTER),
@@ -154,85 +153,4 @@ fn point_at(ui: &Ui, card: Rect, place: Rect, to_the_right: bool) {
     };
     let points = arrow.into_iter().zip(offsets).map(|(at, offset)| at + offset).collect();
     painter.add(Shape::convex_polygon(points, color, Stroke::NONE));
-}
-
-/// Largest width of the card in points.
-const LESSON_WIDTH: f32 = 400.0;
-/// Widths at the lower left and right of the viewport in points, where legend and axes are.
-const SIDES: [f32; 2] = [232.0, 108.0];
-
-/// Shows the card within `rect`, the viewport's rectangle.
-pub(crate) fn lesson(ui: &Ui, rect: Rect, state: &mut AppState) {
-    if state.layout.start_page_open {
-        // It would cover that.
-        return;
-    }
-    let Some(mut reading) = state.layout.lesson.take() else { return };
-    if let Some(shown) = &state.model.presented {
-        reading.measure(shown, &state.wanted.camera);
-    }
-    let beside = rect.width() - SIDES[0] - SIDES[1];
-    let (left, width) = if beside > 260.0 { (SIDES[0], beside) } else { (12.0, rect.width() - 24.0) };
-    let card = Area::new(Id::unique("lesson"))
-        .order(Order::Foreground)
-        .pivot(Align2::LEFT_BOTTOM)
-        .fixed_pos(pos2(rect.left() + left, rect.bottom() - 12.0))
-        .constrain_to(rect.shrink(4.0))
-        .accessible_name("Lesson");
-    let mut next = None;
-    let shown = card.show(ui.ctx(), |ui| next = lesson_content(ui, &reading, LESSON_WIDTH.min(width)));
-    note_front(ui.ctx(), shown.response.rect);
-    state.layout.lesson = Some(reading);
-    if let Some(action) = next {
-        action.perform(state);
-    }
-}
-
-/// Title, caption, question and buttons. Returns what was chosen.
-fn lesson_content(ui: &mut Ui, reading: &Reading, width: f32) -> Option<Action> {
-    let palette = theme::palette(ui);
-    let frame = Frame::new()
-        .fill(ui.visuals().window_fill)
-        .stroke(Stroke::new(1.0, palette.line))
-        .corner_radius(CornerRadius::same(6))
-        .inner_margin(Margin::symmetric(12, 10));
-    let mut chosen = None;
-    frame.show(ui, |ui| {
-        ui.set_width((width - 24.0).max(160.0));
-        ui.horizontal(|ui| {
-            ui.label(RichText::new(&reading.lesson.title).strong().color(palette.text));
-            let count = format!("{} of {}", reading.step + 1, reading.lesson.steps.len());
-            ui.label(RichText::new(count).small().color(palette.dim));
-        });
-        ui.add(Label::new(reading.caption()).wrap());
-        let question = &reading.current().question;
-        if !question.is_empty() {
-            ui.add(Label::new(RichText::new(question).color(palette.warm)).wrap());
-        }
-        ui.add_space(4.0);
-        ui.horizontal(|ui| chosen = buttons(ui, reading));
-    });
-    chosen
-}
-
-fn buttons(ui: &mut Ui, reading: &Reading) -> Option<Action> {
-    let last = reading.step + 1 == reading.lesson.steps.len();
-    let mut chosen = None;
-    let back = ui.add_enabled(reading.step > 0, egui::Button::new("Back"));
-    if back.tip("Go to the step before (Page Up)").clicked() {
-        chosen = Some(Action::LessonBack);
-    }
-    let (label, tip) = if last {
-        ("Done", "End the lesson; your own settings come back (Page Down)")
-    } else {
-        ("Next", "Go to the next step (Page Down)")
-    };
-    let text = RichText::new(label).color(ui.visuals().selection.stroke.color);
-    if ui.add(egui::Button::new(text).fill(ui.visuals().selection.bg_fill)).tip(tip).clicked() {
-        chosen = Some(Action::LessonNext);
-    }
-    if !last && ui.button("Leave").tip("End the lesson; your own settings come back").clicked() {
-        chosen = Some(Action::LeaveLesson);
-    }
-    chosen
 }
