@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         levels.push((instances, hits));
     }
-    let triangles = levels[0].0.triangle_count();
+    let triangles = levels[0].0.copies().triangle_count();
     if triangles > LARGEST_FLAT {
         println!("flat: {triangles} triangles are too many");
         return Ok(());
@@ -74,7 +74,7 @@ fn compare(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let (mut triangles, mut of) = (Vec::new(), Vec::new());
     for (instance, copy) in (0..).zip(placed) {
-        let (place, mesh) = (levels[0].0.place(instance), &meshes[copy.mesh as usize]);
+        let (place, mesh) = (levels[0].0.copies().copies().place(instance), &meshes[copy.mesh as usize]);
         triangles.extend(mesh.iter().map(|triangle| place.triangle(triangle)));
         of.extend((0..mesh.len() as u32).map(|triangle| (instance, triangle)));
     }

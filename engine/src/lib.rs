@@ -96,7 +96,7 @@ pub use bvh::{BinaryBvh, BuildReport, Bvh, ItemBvh, ItemHit, WideBvh, build};
 pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Placement, Ray, Sphere, Triangle};
 pub use glam;
-pub use instances::{InstanceHit, Instances, Placed};
+pub use instances::{BinaryLevels, Copies, InstanceHit, Instances, MeshCopies, Placed};
 pub use kernel::SimdLevel;
 pub use optimize::orient;
 pub use query::ClosestPoint;

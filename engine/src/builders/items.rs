@@ -62,13 +62,13 @@ fn stand_ins<C>(items: &[C], bounds: impl Fn(&C) -> Aabb, token: &CancelToken) -
     let mut stand_ins = Vec::with_capacity(items.len());
     for (index, item) in items.iter().enumerate() {
         token.check_every(MEDIUM_STEPS, index)?;
-        let Aabb { min, max } = bounds(item);
-        if !(min.is_finite() && max.is_finite() && min.cmple(max).all()) {
+        let bounds = bounds(item);
+        if !(bounds.min.is_finite() && bounds.max.is_finite() && bounds.min.cmple(bounds.max).all()) {
             return Err(BuildError::Refused(format!(
                 "the container of item {index} is empty or not finite; leave the item out"
             )));
         }
-        stand_ins.push(Triangle { a: min, b: max, c: min });
+        stand_ins.push(Triangle::across(&bounds));
     }
     Ok(stand_ins)
 }

@@ -2,8 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use fearless_simd::Level;
-
 use crate::builders::{BuildError, Items, build_over_items};
 use crate::bvh::report::BuildReport;
 use crate::bvh::wide::WideBvh;
@@ -88,6 +86,11 @@ impl ItemBvh {
         &self.wide
     }
 
+    /// The wide tree alone.
+    pub fn into_wide(self) -> WideBvh {
+        self.wide
+    }
+
     /// Times, statistics and sizes of the build; an item counts as a triangle.
     pub fn report(&self) -> &BuildReport {
         &self.report
@@ -113,8 +116,8 @@ impl ItemBvh {
     /// assert_eq!(pierced, 3);
     /// # Ok::<(), bvhscope_engine::BuildError>(())
     /// ```
-    pub fn visit(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> ControlFlow<(), f32>) {
-        self.wide.tree.visit_items(Level::new(), ray, &mut visit);
+    pub fn visit(&self, ray: &Ray, visit: impl FnMut(u32, f32) -> ControlFlow<(), f32>) {
+        self.wide.visit_items(ray, visit);
     }
 
     /// The nearest hit of `ray`. `intersect` gets an item and the ray, whose `t_max` is the distance of the nearest hit so far, and returns

@@ -24,6 +24,12 @@ pub struct BuildReport {
 }
 
 impl BuildReport {
+    /// Adds a stage that ran beside the builder's.
+    pub fn add_stage(&mut self, name: &'static str, time: Duration) {
+        self.stages.stages.push((name, time));
+        self.build_time += time;
+    }
+
     fn triangle_count(&self) -> usize {
         self.triangle_bytes / size_of::<Triangle>()
     }

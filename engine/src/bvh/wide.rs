@@ -95,6 +95,11 @@ impl WideBvh {
         }
     }
 
+    /// Visits the items whose boxes `ray` meets, of a tree over stand-ins; see [`ItemBvh::visit`](super::ItemBvh::visit).
+    pub(crate) fn visit_items(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> ControlFlow<(), f32>) {
+        self.tree.visit_items(Level::new(), ray, &mut visit);
+    }
+
     /// Number of the hits of `ray`.
     pub fn count_hits(&self, ray: &Ray) -> usize {
         let mut hits = Vec::new();

@@ -90,8 +90,16 @@ impl Placement {
         Triangle { a, b, c }
     }
 
+    /// The direction in the world of a normal in the mesh, which stays perpendicular to what it was; its length is another. A mirrored copy
+    /// keeps its outside.
+    pub fn normal(&self, normal: Vec3) -> Vec3 {
+        let direction = self.inverse.transpose() * normal.as_dvec3();
+        // Within the range of single precision, whatever the scale.
+        (direction / direction.abs().max_element().max(f64::MIN_POSITIVE)).as_vec3()
+    }
+
     /// A box in the world around all that [`Placement::point`] makes of points in `bounds`; empty where that is empty.
-    pub(crate) fn bounds(&self, bounds: &Aabb) -> Aabb {
+    pub fn bounds(&self, bounds: &Aabb) -> Aabb {
         if bounds.is_empty() {
             return Aabb::EMPTY;
         }

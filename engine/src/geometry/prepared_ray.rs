@@ -39,6 +39,12 @@ impl PreparedRay {
     /// empty or ends at NaN all give a ray that misses everything; one that begins at NaN begins at 0.
     #[inline]
     pub fn new(ray: Ray) -> Self {
+        Self::widened(ray, Vec3::ZERO)
+    }
+
+    /// [`PreparedRay::new`] for a ray that enters slabs as if they were wider by `widening` on both sides of each axis.
+    #[inline]
+    pub(crate) fn widened(ray: Ray, widening: Vec3) -> Self {
         // A hit has a finite distance. NaN passes through.
         let t_max = if ray.t_max > f32::MAX { f32::MAX } else { ray.t_max };
         let mut ray = Ray { t_min: ray.t_min.max(0.0), t_max, ..ray };
@@ -53,7 +59,7 @@ impl PreparedRay {
         let reciprocal = d.recip();
         let parallel = !reciprocal.is_finite_mask();
         let inverse_direction = Vec3::select(parallel, Vec3::MAX, reciprocal);
-        let pad = Vec3::select(parallel, ray.origin.abs() * (2.0 * f32::EPSILON) + PARALLEL_PAD, Vec3::ZERO);
+        let pad = Vec3::select(parallel, ray.origin.abs() * (2.0 * f32::EPSILON) + PARALLEL_PAD, Vec3::ZERO) + widening;
         let inverse_length = direction_squared.sqrt().recip();
         let (origin_low, origin_high) = (ray.origin + pad, ray.origin - pad);
         let (l, h, i) = (origin_low, origin_high, inverse_direction);

@@ -30,6 +30,11 @@ pub struct Triangle {
 }
 
 impl Triangle {
+    /// The triangle between two opposite corners of a box, which has that very box: its stand-in where a tree is built over boxes.
+    pub fn across(bounds: &Aabb) -> Self {
+        Self { a: bounds.min, b: bounds.max, c: bounds.min }
+    }
+
     /// The smallest box around it.
     pub fn bounds(&self) -> Aabb {
         Aabb { min: self.a.min(self.b).min(self.c), max: self.a.max(self.b).max(self.c) }

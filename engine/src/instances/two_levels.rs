@@ -1,23 +1,22 @@
-//! Two levels: copies of meshes, each with a tree of its own, below a tree over the copies.
+//! A tree over copies of meshes, and the queries through both levels.
 
-use std::collections::BinaryHeap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use arrayvec::ArrayVec;
 use fearless_simd::Level;
-use glam::Affine3A;
 
+use super::copies::{Copies, MeshCopies, Part, Placed, PlacedMesh};
+use super::hit::InstanceHit;
 use crate::builders::BuildError;
-use crate::bvh::{Bvh, ItemBvh};
-use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS, MEDIUM_STEPS};
-use crate::geometry::{Aabb, Placement, Ray, TriangleHit};
-use crate::query::{HitList, Listed};
+use crate::bvh::{Bvh, ItemBvh, WideBvh};
+use crate::cancel::CancelToken;
+use crate::geometry::{Aabb, Ray, TriangleHit};
+use crate::query::HitList;
 use crate::settings::BuildSettings;
-use crate::tree::AnyTree;
-use crate::wide::layout::WIDTH;
-use crate::wide::trace::{copies, each_hit_of_copy, world_ray};
-use crate::wide::{AnyWideTree, Child, WideTree};
+use crate::tree::Container;
+use crate::tree::traverse::Probe;
+use crate::wide::trace::{copies as walk, each_hit_of_copy, each_hit_of_copy_with, world_ray};
+use crate::with_tree;
 
 /// Copies of meshes in a tree of two levels: one hierarchy for each mesh, however many copies it has, and one over the copies.
 ///
@@ -43,69 +42,14 @@ use crate::wide::{AnyWideTree, Child, WideTree};
 /// ```
 #[derive(Debug)]
 pub struct Instances {
-    copies: Copies,
-    top: ItemBvh,
-    /// The items of `top`.
+    copies: Arc<MeshCopies>,
+    top: Arc<WideBvh>,
+    /// The items of `top`; none where those are the copies.
     parts: Vec<Part>,
-}
-
-/// Copies and their meshes.
-#[derive(Debug)]
-struct Copies {
-    meshes: Vec<Arc<Bvh>>,
-    placed: Vec<PlacedMesh>,
-}
-
-/// A copy of a mesh, or of what is below a node of its tree.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    copy: u32,
-    start: Child,
-}
-
-/// A copy of a mesh.
-#[derive(Debug, Clone, Copy)]
-pub struct Placed {
-    /// Index of the mesh.
-    pub mesh: u32,
-    /// From the coordinates of the mesh to those of the world.
-    pub transform: Affine3A,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct PlacedMesh {
-    mesh: u32,
-    place: Placement,
-}
-
-/// Where a ray hits a copy of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InstanceHit {
-    /// Distance along the ray, in lengths of its direction.
-    pub t: f32,
-    /// Index of the copy.
-    pub instance: u32,
-    /// Index of the triangle in the list that the tree of its mesh was built from.
-    pub primitive_index: u32,
-    /// Barycentric weight of the triangle's second corner.
-    pub u: f32,
-    /// Barycentric weight of the triangle's third corner.
-    pub v: f32,
-}
-
-impl Listed for InstanceHit {
-    fn t(&self) -> f32 {
-        self.t
-    }
-
-    fn index(&self) -> impl Ord {
-        (self.instance, self.primitive_index)
-    }
 }
 
 impl Instances {
     /// Builds the tree over `copies` of `meshes` with `settings` in the calling thread's rayon pool; reports progress through `token`.
-    /// Copies of meshes without triangles hit nothing.
     ///
     /// Copies that overlap others or fill much of the scene make rays walk many trees for nothing. So the parts of the largest boxes are
     /// *opened*, each replaced by the children of its node, until there are `open` times as many parts as copies: 1 opens none, 2 to 4 is
@@ -113,9 +57,7 @@ impl Instances {
     ///
     /// # Errors
     ///
-    /// [`BuildError::Cancelled`] once `token` is cancelled. [`BuildError::Refused`] for a copy of a mesh that is not in the list, for
-    /// meshes in other containers than boxes, for transforms that [`Placement::new`] refuses, and for settings that [`ItemBvh::build`]
-    /// refuses; the text names the copy.
+    /// Those of [`Copies::new`] and [`MeshCopies::new`], and [`BuildError::Refused`] for settings that [`ItemBvh::build`] refuses.
     pub fn build(
         meshes: Vec<Arc<Bvh>>,
         copies: &[Placed],
@@ -123,82 +65,71 @@ impl Instances {
         open: f32,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        let mut roots = Vec::with_capacity(meshes.len());
-        for (index, mesh) in meshes.iter().enumerate() {
-            let AnyTree::Aabb(tree) = mesh.tree() else {
-                let containers = mesh.tree().container_kind().plural();
-                return Err(BuildError::Refused(format!("mesh {index} has {containers}: copies need boxes")));
-            };
-            roots.push(tree.nodes.first().map_or(Aabb::EMPTY, |root| root.container));
-        }
-        let mut placed = Vec::with_capacity(copies.len());
-        for (index, Placed { mesh, transform }) in copies.iter().enumerate() {
-            token.check_every(MEDIUM_STEPS, index)?;
-            let refused =
-                |why: &str| BuildError::Refused(format!("copy {index} cannot be traced: {why}; leave it out"));
-            let root = roots.get(*mesh as usize).ok_or_else(|| refused("there is no such mesh"))?;
-            placed.push(PlacedMesh { mesh: *mesh, place: Placement::new(transform, root).map_err(refused)? });
-        }
-        let copies = Copies { meshes, placed };
+        let bounds =
+            |mesh: &Arc<Bvh>| with_tree!(mesh.tree(), tree => tree.nodes.first().map(|root| root.container.bounds()));
+        let bounds: Vec<Aabb> = meshes.iter().map(|mesh| bounds(mesh).unwrap_or(Aabb::EMPTY)).collect();
+        let copies = Arc::new(Copies::new(&bounds, copies, token)?);
+        let copies = Arc::new(MeshCopies::new(meshes, copies)?);
         let (parts, boxes) = copies.divide(open, token)?;
-        let top = ItemBvh::build(&boxes[..], settings, token)?;
+        let top = Arc::new(ItemBvh::build(&boxes[..], settings, token)?.into_wide());
         Ok(Self { copies, top, parts })
     }
 
-    /// The tree over the copies: its items are parts of them, where none are opened those copies, in order, whose meshes have triangles.
-    pub fn top(&self) -> &ItemBvh {
-        &self.top
-    }
-
-    /// Number of copies.
-    pub fn len(&self) -> usize {
-        self.copies.placed.len()
-    }
-
-    /// Whether there are no copies.
-    pub fn is_empty(&self) -> bool {
-        self.copies.placed.is_empty()
-    }
-
-    /// Where a copy stands.
+    /// `copies` below a tree over their boxes that was built elsewhere, as an [`ItemBvh`] of one box a copy, in order, within which that
+    /// copy lies.
     ///
     /// # Panics
     ///
-    /// If there are no more than `instance` copies.
-    pub fn place(&self, instance: u32) -> &Placement {
-        &self.copies.placed[instance as usize].place
+    /// If `top` has another number of items than there are copies.
+    pub fn over(copies: Arc<MeshCopies>, top: Arc<WideBvh>) -> Self {
+        assert_eq!(top.triangle_count(), copies.copies().len(), "a tree of as many items as there are copies");
+        Self { copies, top, parts: Vec::new() }
     }
 
-    /// Number of triangles of all copies: those of the flat scene.
-    pub fn triangle_count(&self) -> u64 {
-        self.copies
-            .placed
-            .iter()
-            .map(|copy| self.copies.meshes[copy.mesh as usize].wide().triangle_count() as u64)
-            .sum()
+    /// The copies and their meshes.
+    pub fn copies(&self) -> &Arc<MeshCopies> {
+        &self.copies
     }
 
-    /// Bytes of the wide trees of the meshes, of the copies, and of both trees over them.
+    /// The tree over the copies: its items are parts of them, where none are opened those copies, in order, whose meshes have triangles.
+    pub fn top(&self) -> &WideBvh {
+        &self.top
+    }
+
+    /// Bytes of the wide trees of the meshes, of the copies, and of the tree over them.
     pub fn bytes(&self) -> usize {
-        let meshes =
-            self.copies.meshes.iter().map(|mesh| mesh.wide().tree.node_bytes() + mesh.wide().tree.leaf_bytes());
-        let top = &self.top.wide().tree;
-        meshes.sum::<usize>()
-            + size_of_val(&self.copies.placed[..])
-            + size_of_val(&self.parts[..])
-            + top.node_bytes()
-            + top.leaf_bytes()
-            + self.top.tree().bytes()
+        let top = &self.top.tree;
+        self.copies.bytes() + size_of_val(&self.parts[..]) + top.node_bytes() + top.leaf_bytes()
     }
 
     /// The nearest hit of `ray`; of equal distances that of the lower copy, then that of the lower triangle.
     pub fn closest_hit(&self, ray: &Ray) -> Option<InstanceHit> {
         let mut nearest: Option<InstanceHit> = None;
         self.each_hit(ray, |hit| {
-            if nearest.is_none_or(|nearest| hit.t < nearest.t || hit.t == nearest.t && is_lower(&hit, &nearest)) {
-                nearest = Some(hit);
-            }
+            nearest = Some(hit.nearer(nearest));
             ControlFlow::Continue(hit.t)
+        });
+        nearest
+    }
+
+    /// [`Instances::closest_hit`] observed: by `top` in the tree over the copies, whose items are no primitives to it, and below it by the
+    /// one of `meshes` that belongs to the mesh. As in other wide trees a test is that of all children of a node, or of a block of triangles.
+    ///
+    /// # Panics
+    ///
+    /// If there are fewer probes than meshes.
+    pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, top: &mut P, meshes: &mut [P]) -> Option<InstanceHit> {
+        let world = world_ray(Level::baseline(), ray)?;
+        let mut nearest: Option<InstanceHit> = None;
+        self.top.tree.visit_items_with(ray, top, &mut |item, t_max| {
+            let Some((instance, copy)) = self.copy(item) else { return ControlFlow::Continue(t_max) };
+            let probe = &mut meshes[self.copies.copies().mesh(instance) as usize];
+            probe.carried(instance);
+            each_hit_of_copy_with(copy, &world, t_max, probe, &mut |hit, primitive_index| {
+                nearest = Some(InstanceHit::new(hit, instance, primitive_index).nearer(nearest));
+                ControlFlow::Continue(hit.t)
+            });
+            ControlFlow::Continue(nearest.map_or(t_max, |hit| hit.t))
         });
         nearest
     }
@@ -248,82 +179,22 @@ impl Instances {
     fn each_hit(&self, ray: &Ray, mut found: impl FnMut(InstanceHit) -> ControlFlow<(), f32>) {
         let level = Level::new();
         let Some(world) = world_ray(level, ray) else { return };
-        self.top.visit(ray, |item, t_max| {
-            let Part { copy: instance, start } = self.parts[item as usize];
-            let PlacedMesh { mesh, place } = &self.copies.placed[instance as usize];
-            let copy = copies::Copy { tree: self.copies.tree_of(*mesh), start, place };
+        self.top.visit_items(ray, |item, t_max| {
+            let Some((instance, copy)) = self.copy(item) else { return ControlFlow::Continue(t_max) };
             let mut flow = ControlFlow::Continue(t_max);
-            let mut each = |TriangleHit { t, u, v }: TriangleHit, primitive_index| {
-                flow = found(InstanceHit { t, instance, primitive_index, u, v });
+            let mut each = |hit: TriangleHit, primitive_index| {
+                flow = found(InstanceHit::new(hit, instance, primitive_index));
                 flow
             };
             each_hit_of_copy(level, copy, &world, t_max, &mut each);
             flow
         });
     }
-}
 
-impl Copies {
-    /// The parts of the copies that are the items of the top tree, opened by `open`, with their boxes in the world.
-    fn divide(&self, open: f32, token: &CancelToken) -> Result<(Vec<Part>, Vec<Aabb>), Cancelled> {
-        let (mut parts, mut boxes) = (Vec::with_capacity(self.placed.len()), Vec::with_capacity(self.placed.len()));
-        for (index, copy) in (0..).zip(&self.placed) {
-            token.check_every(MEDIUM_STEPS, index as usize)?;
-            if let Some(start) = self.tree_of(copy.mesh).root {
-                let part = Part { copy: index, start };
-                boxes.push(self.children(part).fold(Aabb::EMPTY, |all, (_, bounds)| all.union(&bounds)));
-                parts.push(part);
-            }
-        }
-        let budget = (parts.len() as f64 * f64::from(open)) as usize;
-        let area = |bounds: &Aabb| bounds.half_area().to_bits();
-        // By area: as numbers that are not negative, floats are ordered by their bits.
-        let mut largest: BinaryHeap<(u32, usize)> =
-            if budget > parts.len() { boxes.iter().map(area).zip(0..).collect() } else { BinaryHeap::new() };
-        while let Some((_, at)) = largest.pop() {
-            token.check_every(LIGHT_STEPS, parts.len())?;
-            let part = parts[at];
-            let children: ArrayVec<(Part, Aabb), WIDTH> = self.children(part).collect();
-            // A leaf has itself alone.
-            let [(first, bounds), others @ ..] = &children[..] else { continue };
-            if first.start == part.start {
-                continue;
-            }
-            if parts.len() + others.len() > budget {
-                break;
-            }
-            (parts[at], boxes[at]) = (*first, *bounds);
-            largest.push((area(bounds), at));
-            for (part, bounds) in others {
-                largest.push((area(bounds), parts.len()));
-                parts.push(*part);
-                boxes.push(*bounds);
-            }
-        }
-        Ok((parts, boxes))
+    /// The copy that an item of the tree above is, or is part of, with its index; `None` where that has no triangles.
+    fn copy(&self, item: u32) -> Option<(u32, walk::Copy<'_>)> {
+        let part = if self.parts.is_empty() { self.copies.whole(item)? } else { self.parts[item as usize] };
+        let PlacedMesh { mesh, place } = self.copies.placed(part.copy);
+        Some((part.copy, walk::Copy { tree: self.copies.wide_tree(*mesh), start: part.start, place }))
     }
-
-    /// The parts below the node where `part` begins, with their boxes in the world; where that is a leaf, itself. The boxes of the children
-    /// lie closer around a copy that was turned than its own.
-    fn children(&self, part: Part) -> impl Iterator<Item = (Part, Aabb)> {
-        let PlacedMesh { mesh, place } = &self.placed[part.copy as usize];
-        let tree = self.tree_of(*mesh);
-        let whole = part.start.is_leaf().then(|| (part, place.bounds(&tree.leaves.bounds(part.start))));
-        let node = (!part.start.is_leaf()).then(|| tree.node(part.start));
-        let children = tree.children_of(part.start).zip(0..);
-        let child = move |(start, lane)| Some((Part { start, ..part }, place.bounds(&node.as_ref()?.load(lane))));
-        whole.into_iter().chain(children.filter_map(child))
-    }
-
-    fn tree_of(&self, mesh: u32) -> &WideTree<Aabb> {
-        match &self.meshes[mesh as usize].wide().tree {
-            AnyWideTree::Aabb(tree) => tree,
-            _ => unreachable!("others are refused"),
-        }
-    }
-}
-
-/// Whether `hit` comes before `other` in the flat scene.
-fn is_lower(hit: &InstanceHit, other: &InstanceHit) -> bool {
-    (hit.instance, hit.primitive_index) < (other.instance, other.primitive_index)
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::geometry::{Feature, Triangle, TrianglePoint, reach};
 use crate::tree::traverse::{LeafTriangles, Probe};
-use crate::tree::{Container, Tree};
+use crate::tree::{Container, Node, Tree};
 
 /// The point of a mesh that is nearest to a given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,22 +99,37 @@ pub fn closest_point<C: Container, P: Probe>(
     probe: &mut P,
 ) -> Option<ClosestPoint> {
     let mut nearest = NearestPoint::new(point, radius)?;
-    let mut stack = vec![(0.0, 0)];
-    let mut near = Vec::new();
+    let distance_squared = |container: &C| container.distance_squared(point);
+    each_near_leaf(tree, distance_squared, &mut nearest, probe, &mut |leaf, nearest, probe| {
+        let indices = &tree.primitive_indices[leaf.slots()];
+        for (triangle, primitive_index) in leaf_triangles.in_slots(leaf.slots()).zip(indices) {
+            probe.primitive_test();
+            nearest.offer(triangle, *primitive_index);
+        }
+    });
+    nearest.found()
+}
+
+/// Calls `visit` with each leaf of `tree` that may have a nearer point than the `nearest` so far, nearer leaves first. `distance_squared`
+/// is that of a container, as [`Container::distance_squared`] is.
+pub(crate) fn each_near_leaf<C: Container, P: Probe>(
+    tree: &Tree<C>,
+    distance_squared: impl Fn(&C) -> f32,
+    nearest: &mut NearestPoint,
+    probe: &mut P,
+    visit: &mut impl FnMut(&Node<C>, &mut NearestPoint, &mut P),
+) {
+    let (mut stack, mut near) = (vec![(0.0, 0)], Vec::new());
     while let Some((distance, index)) = stack.pop() {
         let Some(node) = tree.nodes.get(index as usize).filter(|_| distance <= nearest.reach()) else { continue };
         probe.visited(index);
         if node.is_leaf() {
-            let indices = &tree.primitive_indices[node.slots()];
-            for (triangle, primitive_index) in leaf_triangles.in_slots(node.slots()).zip(indices) {
-                probe.primitive_test();
-                nearest.offer(triangle, *primitive_index);
-            }
+            visit(node, nearest, probe);
             continue;
         }
         for child in node.children() {
             probe.container_test();
-            let distance = tree.nodes[child as usize].container.distance_squared(point);
+            let distance = distance_squared(&tree.nodes[child as usize].container);
             if distance <= nearest.reach() {
                 near.push((distance, child));
             }
@@ -123,5 +138,4 @@ pub fn closest_point<C: Container, P: Probe>(
         near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         stack.append(&mut near);
     }
-    nearest.found()
 }

@@ -9,5 +9,5 @@ pub mod closed;
 
 pub(crate) use all_hits::{HitList, Listed};
 pub use all_hits::{HitLists, all_hits, all_hits_counted};
-pub(crate) use closest_point::NearestPoint;
 pub use closest_point::{ClosestPoint, closest_point};
+pub(crate) use closest_point::{NearestPoint, each_near_leaf};

@@ -95,7 +95,25 @@ pub fn measure_weighted_visits<C: Container>(
     ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
     token: &CancelToken,
 ) -> Result<Visits, Cancelled> {
-    let counts = par_collect(tree.nodes.len(), token, |_| AtomicU32::new(0))?;
+    count_visits(tree.nodes.len(), ray_count, ray, token, |ray, query, counter| match query {
+        RayQuery::ClosestHit(traversal) => {
+            closest_hit(tree, leaf_triangles, ray, traversal, counter);
+        }
+        RayQuery::AnyHit => {
+            any_hit_with(tree, leaf_triangles, ray, counter);
+        }
+    })
+}
+
+/// The visits of `nodes` nodes by rays as those of [`measure_weighted_visits`], each of which `trace` takes through the tree.
+pub(crate) fn count_visits(
+    nodes: usize,
+    ray_count: u32,
+    ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
+    token: &CancelToken,
+    trace: impl Fn(&Ray, RayQuery, &mut VisitCounter<'_>) + Sync,
+) -> Result<Visits, Cancelled> {
+    let counts = par_collect(nodes, token, |_| AtomicU32::new(0))?;
     let done = AtomicU64::new(0);
     let stood_for = par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
         let mut counter = VisitCounter::new(&counts);
@@ -109,14 +127,7 @@ pub fn measure_weighted_visits<C: Container>(
             }
             stood_for += weight;
             counter.weight = weight;
-            match query {
-                RayQuery::ClosestHit(traversal) => {
-                    closest_hit(tree, leaf_triangles, &ray, traversal, &mut counter);
-                }
-                RayQuery::AnyHit => {
-                    any_hit_with(tree, leaf_triangles, &ray, &mut counter);
-                }
-            }
+            trace(&ray, query, &mut counter);
         }
         counter.flush();
         let done = done.fetch_add(u64::from(rays), Ordering::Relaxed) + u64::from(rays);
@@ -133,7 +144,7 @@ const SLOTS: usize = 1 << 10;
 
 /// Adds visits to counts that all threads share. Nearly all rays visit the nodes near the root: visits of a node are collected until
 /// another node needs its slot, so that threads do not wait for each other at every step.
-struct VisitCounter<'a> {
+pub(crate) struct VisitCounter<'a> {
     counts: &'a [AtomicU32],
     /// Node and visits that are not yet in `counts`. The slot of a node is its index modulo the number of slots.
     slots: [(u32, u32); SLOTS],

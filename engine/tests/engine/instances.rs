@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
-use bvhscope_engine::geometry::{Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
 use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
+use bvhscope_engine::tree::Tree;
+use bvhscope_engine::tree::traverse::{NoProbe, Traversal};
 use bvhscope_engine::{
-    AnyTree, BuildError, Bvh, CancelToken, ContainerKind, Hit, InstanceHit, Instances, Placed, build,
+    AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, Hit, InstanceHit, Instances, ItemBvh, Placed,
+    build,
 };
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
@@ -48,7 +51,7 @@ fn flat(meshes: &[Mesh], copies: &[Placed], instances: &Instances) -> (Vec<Trian
     let (mut triangles, mut of) = (Vec::new(), Vec::new());
     for (instance, copy) in (0..).zip(copies) {
         let mesh = &meshes[copy.mesh as usize].triangles;
-        triangles.extend(mesh.iter().map(|triangle| instances.place(instance).triangle(triangle)));
+        triangles.extend(mesh.iter().map(|triangle| instances.copies().copies().place(instance).triangle(triangle)));
         of.extend((0..mesh.len() as u32).map(|triangle| (instance, triangle)));
     }
     (triangles, of)
@@ -90,10 +93,9 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
     let open = 1.0 + 3.0 * random.signed().abs();
     let instances =
         Instances::build(trees, copies, &settings, open, &token).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let AnyTree::Aabb(top) = instances.top().tree() else { panic!("of boxes") };
-    assert!(top.primitive_indices.len() <= (copies.len() as f32 * open) as usize, "{name}");
+    assert!(instances.top().triangle_count() <= (copies.len() as f32 * open) as usize, "{name}");
     let (triangles, of) = flat(meshes, copies, &instances);
-    assert_eq!(instances.triangle_count(), triangles.len() as u64, "{name}");
+    assert_eq!(instances.copies().triangle_count(), triangles.len() as u64, "{name}");
     let bvh = build(&triangles, &settings, &token).unwrap();
     let same = |hit: &Hit| {
         let (instance, primitive_index) = of[hit.primitive_index as usize];
@@ -105,9 +107,17 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
     instances.closest_hits(&rays, &mut nearest);
     let mut blocked = vec![false; rays.len()];
     instances.any_hits(&rays, &mut blocked);
+    let (over, top) = over_own_boxes(&instances, &triangles, &of);
+    let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
+    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists };
     for (index, ray) in rays.iter().enumerate() {
         let expected = bvh.closest_hit(ray).map(|hit| same(&hit));
-        assert_eq!(instances.closest_hit(ray), expected, "{name}, {ray:?}");
+        assert_eq!(levels.any_hit(ray, &mut NoProbe), expected.is_some(), "{name}, {ray:?}");
+        assert_eq!([instances.closest_hit(ray), over.closest_hit(ray)], [expected; 2], "{name}, {ray:?}");
+        for traversal in Traversal::ALL {
+            let binary = levels.closest_hit(ray, traversal, &mut NoProbe);
+            assert_eq!(binary, expected, "{name}, {traversal:?}, {ray:?}");
+        }
         assert_eq!((nearest[index], blocked[index]), (expected, bvh.any_hit(ray)), "{name}, {ray:?}");
         for max in [usize::MAX, 1, 3] {
             let has_more = bvh.all_hits(ray, max, &mut all_flat);
@@ -117,6 +127,20 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
         found += usize::from(expected.is_some());
     }
     found
+}
+
+/// The same copies below a tree over the boxes of their triangles, and its binary tree.
+fn over_own_boxes(instances: &Instances, triangles: &[Triangle], of: &[(u32, u32)]) -> (Instances, Tree<Aabb>) {
+    let (settings, token) = (BuildSettings::default(), CancelToken::new());
+    // A copy without triangles has a box that it does not need.
+    let mut boxes = vec![Aabb { min: Vec3::ZERO, max: Vec3::ZERO }; instances.copies().copies().len()];
+    for (triangle, (copy, index)) in triangles.iter().zip(of) {
+        let bounds = &mut boxes[*copy as usize];
+        *bounds = if *index == 0 { triangle.bounds() } else { bounds.union(&triangle.bounds()) };
+    }
+    let top = ItemBvh::build(&boxes[..], &settings, &token).unwrap();
+    let AnyTree::Aabb(tree) = top.tree().clone() else { panic!("of boxes") };
+    (Instances::over(Arc::clone(instances.copies()), Arc::new(top.into_wide())), tree)
 }
 
 fn rays_of(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Ray> {
@@ -212,10 +236,9 @@ fn opened_copies_fill_less_of_the_scene() {
     let entered = |open: f32| {
         let trees = vec![Arc::clone(&needle.tree)];
         let instances = Instances::build(trees, &copies, &BuildSettings::default(), open, &token).unwrap();
-        let AnyTree::Aabb(top) = instances.top().tree() else { panic!("of boxes") };
-        let leaves = top.nodes.iter().filter(|node| node.is_leaf());
-        let volume: f32 = leaves.map(|node| node.container.extent().element_product()).sum();
-        (top.primitive_indices.len(), volume)
+        let boxes = instances.copies().boxes(open, &token).unwrap();
+        assert_eq!(boxes.len(), instances.top().triangle_count());
+        (boxes.len(), boxes.iter().map(|bounds| bounds.extent().element_product()).sum::<f32>())
     };
     let (closed, opened) = (entered(1.0), entered(8.0));
     assert_eq!(closed.0, 24);

@@ -41,6 +41,14 @@ pub trait Probe {
     fn container_test(&mut self);
     /// Called for each primitive test. In a wide tree one test is that of a block of up to four primitives at once.
     fn primitive_test(&mut self);
+    /// The ray is carried into the coordinates of the mesh of a copy, of those in a tree of two levels, whose tree it is tested with.
+    #[inline(always)]
+    fn carried(&mut self, copy: u32) {
+        let _ = copy;
+    }
+    /// The traversal goes into a node of the tree of a mesh, in trees of two levels: of the tree above alone nodes have numbers.
+    #[inline(always)]
+    fn visited_below(&mut self) {}
     /// Called with each of what follows, unless that is overridden.
     #[inline(always)]
     fn event(&mut self, event: RayEvent) {
@@ -162,6 +170,14 @@ impl<const EVENTS: bool> Probe for Pointed<'_, EVENTS> {
         self.0.primitive_test();
     }
     #[inline(always)]
+    fn carried(&mut self, copy: u32) {
+        self.0.carried(copy);
+    }
+    #[inline(always)]
+    fn visited_below(&mut self) {
+        self.0.visited_below();
+    }
+    #[inline(always)]
     fn event(&mut self, event: RayEvent) {
         self.0.event(event);
     }
@@ -171,6 +187,8 @@ impl<const EVENTS: bool> Probe for Pointed<'_, EVENTS> {
 trait Told {
     fn container_test(&mut self);
     fn primitive_test(&mut self);
+    fn carried(&mut self, copy: u32);
+    fn visited_below(&mut self);
     fn event(&mut self, event: RayEvent);
 }
 
@@ -181,6 +199,14 @@ impl<P: Probe> Told for P {
 
     fn primitive_test(&mut self) {
         Probe::primitive_test(self);
+    }
+
+    fn carried(&mut self, copy: u32) {
+        Probe::carried(self, copy);
+    }
+
+    fn visited_below(&mut self) {
+        Probe::visited_below(self);
     }
 
     fn event(&mut self, event: RayEvent) {

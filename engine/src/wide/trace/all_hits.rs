@@ -6,12 +6,13 @@ use fearless_simd::Simd;
 
 use crate::geometry::Ray;
 use crate::query::HitList;
+use crate::tree::traverse::NoProbe;
 use crate::wide::block::BlockRay;
 use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
-use crate::wide::trace::walk::each_leaf;
+use crate::wide::trace::walk::{Walk, each_leaf};
 use crate::wide::tree::WideTree;
 
 /// Adds the hits of `ray` to `list`.
@@ -39,7 +40,8 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
     list: &mut HitList<'_>,
 ) {
     let block_ray = BlockRay::new(lanes, 0);
-    each_leaf(simd, tree, root, container_ray, list.t_max(), list.is_limited(), |leaf| {
+    let walk = Walk { start: root, t_max: list.t_max(), is_ordered: list.is_limited() };
+    each_leaf(simd, tree, walk, container_ray, &mut NoProbe, |leaf, _| {
         let t_max = list.t_max();
         for block in tree.leaves.blocks(leaf) {
             block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));

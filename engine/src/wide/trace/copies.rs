@@ -6,6 +6,7 @@ use fearless_simd::{Select, Simd, SimdBase, f32x4};
 
 use crate::geometry::{Aabb, CarriedRay, Placement, Ray, TriangleHit};
 use crate::kernel::each;
+use crate::tree::traverse::Probe;
 use crate::wide::block::{BlockRay, TriangleBlock};
 use crate::wide::box_bounds::BoxRay;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
@@ -14,7 +15,7 @@ use crate::wide::fused_box::FusedBoxRay;
 use crate::wide::layout::{BLOCK, VALUES, WINDOW};
 use crate::wide::leaves::{are_needles, write_rows};
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
-use crate::wide::trace::walk::each_leaf;
+use crate::wide::trace::walk::{Walk, each_leaf};
 use crate::wide::tree::WideTree;
 
 /// Called with each hit and the index of its triangle in the mesh; returns the distance up to which hits are wanted from there on, or
@@ -51,33 +52,43 @@ pub(crate) struct Copy<'a> {
 }
 
 /// Hands the hits of `world` with the `copy` to `found`, in any order, as they are for the triangles that [`Placement::triangle`]
-/// makes: at distances up to `t_max`.
+/// makes: at distances up to `t_max`. `probe` observes.
 #[inline(always)]
-pub(crate) fn each_hit<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, t_max: f32, found: Found<'_>) {
+pub(crate) fn each_hit<S: Simd, P: Probe>(
+    simd: S,
+    copy: Copy<'_>,
+    world: &WorldRay,
+    t_max: f32,
+    probe: &mut P,
+    found: Found<'_>,
+) {
     let ray = Ray { t_max, ..world.ray };
-    let Some(carried) = copy.place.carry(&ray) else { return scan(simd, copy, world, t_max, found) };
+    let Some(carried) = copy.place.carry(&ray) else { return scan(simd, copy, world, t_max, probe, found) };
     if let Some(boxes) = FusedBoxRay::widened(simd, &carried.ray, carried.widening) {
-        walk(simd, copy, world, &boxes, &carried, t_max, found);
+        walk(simd, copy, world, &boxes, &carried, t_max, probe, found);
     } else if let Some(boxes) = BoxRay::widened(simd, &carried.ray, carried.widening) {
-        walk(simd, copy, world, &boxes, &carried, t_max, found);
+        walk(simd, copy, world, &boxes, &carried, t_max, probe, found);
     } else {
-        scan(simd, copy, world, t_max, found);
+        scan(simd, copy, world, t_max, probe, found);
     }
 }
 
 /// [`each_hit`], nearer children first.
 #[inline(always)]
-fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
+#[expect(clippy::too_many_arguments, reason = "the ray in the world and in the mesh, and what becomes of hits")]
+fn walk<S: Simd, T: LaneTest<S, BoxLanes>, P: Probe>(
     simd: S,
     copy: Copy<'_>,
     world: &WorldRay,
     boxes: &T,
     carried: &CarriedRay,
     mut t_max: f32,
+    probe: &mut P,
     found: Found<'_>,
 ) {
-    each_leaf(simd, copy.tree, copy.start, boxes, carried.distance(t_max), true, |leaf| {
-        match visit_leaf(simd, copy, world, leaf, &mut t_max, found) {
+    let walk = Walk { start: copy.start, t_max: carried.distance(t_max), is_ordered: true };
+    each_leaf(simd, copy.tree, walk, boxes, probe, |leaf, probe| {
+        match visit_leaf(simd, copy, world, leaf, &mut t_max, probe, found) {
             ControlFlow::Continue(()) => ControlFlow::Continue(carried.distance(t_max)),
             ControlFlow::Break(()) => ControlFlow::Break(()),
         }
@@ -87,13 +98,14 @@ fn walk<S: Simd, T: LaneTest<S, BoxLanes>>(
 /// [`each_hit`] of every triangle, for a ray that cannot be carried into the coordinates of the mesh.
 #[cold]
 #[inline(never)]
-fn scan<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, mut t_max: f32, found: Found<'_>) {
+fn scan<S: Simd, P: Probe>(simd: S, copy: Copy<'_>, world: &WorldRay, mut t_max: f32, probe: &mut P, found: Found<'_>) {
     simd.vectorize(
         #[inline(always)]
         || {
             let mut stack = vec![copy.start];
             while let Some(current) = stack.pop() {
-                if current.is_leaf() && visit_leaf(simd, copy, world, current, &mut t_max, found).is_break() {
+                probe.visited(current.bits());
+                if current.is_leaf() && visit_leaf(simd, copy, world, current, &mut t_max, probe, found).is_break() {
                     return;
                 }
                 stack.extend(copy.tree.children_of(current));
@@ -104,16 +116,18 @@ fn scan<S: Simd>(simd: S, copy: Copy<'_>, world: &WorldRay, mut t_max: f32, foun
 
 /// Tests the triangles of a leaf in the world.
 #[inline(always)]
-fn visit_leaf<S: Simd>(
+fn visit_leaf<S: Simd, P: Probe>(
     simd: S,
     copy: Copy<'_>,
     world: &WorldRay,
     leaf: Child,
     t_max: &mut f32,
+    probe: &mut P,
     found: Found<'_>,
 ) -> ControlFlow<()> {
     let block_ray = BlockRay::new(&world.lanes, 0);
     for block in copy.tree.leaves.blocks(leaf) {
+        probe.primitive_test();
         let window = placed(simd, block, copy.place);
         let block = TriangleBlock { window: &window, count: block.count };
         let mut flow = ControlFlow::Continue(*t_max);

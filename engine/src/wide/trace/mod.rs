@@ -175,7 +175,14 @@ impl AnyWideTree {
 
     /// Calls `visit` with each item whose box `ray` meets, see [`ItemBvh::visit`](crate::ItemBvh::visit), for a tree over their stand-ins.
     pub(crate) fn visit_items(&self, level: Level, ray: &Ray, visit: items::Visit<'_>) {
-        with_wide_tree!(self, tree => return_at_few_levels!(level, simd => items::visit_items(simd, tree, ray, visit)));
+        with_wide_tree!(self, tree => {
+            return_at_few_levels!(level, simd => items::visit_items(simd, tree, ray, &mut NoProbe, visit))
+        });
+    }
+
+    /// [`AnyWideTree::visit_items`] observed by `probe`.
+    pub(crate) fn visit_items_with<P: Probe>(&self, ray: &Ray, probe: &mut P, visit: items::Visit<'_>) {
+        with_wide_tree!(self, tree => items::visit_items(baseline(), tree, ray, probe, visit));
     }
 
     /// The point of the triangles that is nearest to `point`; `None` where none lies within `radius`, in world units, which may be
@@ -226,5 +233,16 @@ pub(crate) fn each_hit_of_copy(
     t_max: f32,
     found: copies::Found<'_>,
 ) {
-    return_at_few_levels!(level, simd => copies::each_hit(simd, copy, world, t_max, found))
+    return_at_few_levels!(level, simd => copies::each_hit(simd, copy, world, t_max, &mut NoProbe, found))
+}
+
+/// [`each_hit_of_copy`] observed by `probe`.
+pub(crate) fn each_hit_of_copy_with<P: Probe>(
+    copy: copies::Copy<'_>,
+    world: &copies::WorldRay,
+    t_max: f32,
+    probe: &mut P,
+    found: copies::Found<'_>,
+) {
+    copies::each_hit(baseline(), copy, world, t_max, probe, found);
 }

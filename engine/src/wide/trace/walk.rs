@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use fearless_simd::Simd;
 
+use crate::tree::traverse::Probe;
 use crate::wide::bounds::WideContainer;
 use crate::wide::box_lanes::LaneTest;
 use crate::wide::child::Child;
@@ -11,17 +12,27 @@ use crate::wide::trace::single::{Waiting, take_lane};
 use crate::wide::trace::stack::Stack;
 use crate::wide::tree::WideTree;
 
-/// Calls `visit` with each leaf below `start` that `ray` enters up to `t_max`. It returns the distance up to which leaves are wanted from
-/// there on, or breaks where no more are. Where `is_ordered`, the nearest child of a node goes first.
+/// Where a walk begins, and what it visits.
+pub(crate) struct Walk {
+    /// The node or leaf.
+    pub(crate) start: Child,
+    /// The distance up to which leaves are wanted at first.
+    pub(crate) t_max: f32,
+    /// The nearest child of a node goes first.
+    pub(crate) is_ordered: bool,
+}
+
+/// Calls `visit` with each leaf that `ray` enters. It returns the distance up to which leaves are wanted from
+/// there on, or breaks where no more are. `probe` gets each node and leaf that
+/// the ray goes into, and the tests of containers.
 #[inline(always)]
-pub(crate) fn each_leaf<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
+pub(crate) fn each_leaf<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe>(
     simd: S,
     tree: &WideTree<C>,
-    start: Child,
+    Walk { start, mut t_max, is_ordered }: Walk,
     ray: &T,
-    mut t_max: f32,
-    is_ordered: bool,
-    mut visit: impl FnMut(Child) -> ControlFlow<(), f32>,
+    probe: &mut P,
+    mut visit: impl FnMut(Child, &mut P) -> ControlFlow<(), f32>,
 ) {
     let mut stack = Stack::new();
     stack.push(Waiting::new(0.0, start));
@@ -30,13 +41,15 @@ pub(crate) fn each_leaf<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
         if waiting.entry() > t_max * T::SLACK {
             continue;
         }
+        probe.visited(current.bits());
         if current.is_leaf() {
-            match visit(current) {
+            match visit(current, probe) {
                 ControlFlow::Continue(end) => t_max = end,
                 ControlFlow::Break(()) => return,
             }
             continue;
         }
+        probe.container_test();
         let mut space = None;
         let (bounds, children) = tree.node(current).unpack(simd, &mut space);
         let (mut entered, entries) = ray.intersect(simd, bounds, t_max);

@@ -1,0 +1,197 @@
+//! Rays through the binary trees of both levels, observed by a probe: for numbers of tests and of visits.
+
+use std::ops::{ControlFlow, Range};
+
+use glam::Vec3;
+
+use super::copies::{MeshCopies, PlacedMesh};
+use super::hit::InstanceHit;
+use crate::cancel::{CancelToken, Cancelled};
+use crate::geometry::{Aabb, PreparedRay, Ray, Shear, Triangle};
+use crate::kernel::simd::baseline;
+use crate::query::{ClosestPoint, NearestPoint, each_near_leaf};
+use crate::tree::Tree;
+use crate::tree::traverse::{NoProbe, Observer, Probe, StackEntry, Traversal, new_stack, walk};
+use crate::tree::visits::{RayQuery, Visits, count_visits};
+
+/// The trees of both levels: of boxes around the copies, and of the meshes.
+#[derive(Debug, Clone, Copy)]
+pub struct BinaryLevels<'a> {
+    /// The copies and the trees of their meshes.
+    pub copies: &'a MeshCopies,
+    /// A tree over boxes of the copies, in order, within which they lie: its primitives are the copies.
+    pub top: &'a Tree<Aabb>,
+    /// The triangles that the tree of each mesh was built from.
+    pub triangles: &'a [&'a [Triangle]],
+}
+
+/// A ray in the world, as triangles are tested with it.
+struct World {
+    ray: PreparedRay,
+    shear: Shear,
+}
+
+/// A probe of the tree over the copies in the trees below it.
+struct Below<'a, P>(&'a mut P);
+
+impl<P: Probe> Probe for Below<'_, P> {
+    #[inline(always)]
+    fn container_test(&mut self) {
+        self.0.container_test();
+    }
+    #[inline(always)]
+    fn primitive_test(&mut self) {
+        self.0.primitive_test();
+    }
+    #[inline(always)]
+    fn visited(&mut self, _: u32) {
+        self.0.visited_below();
+    }
+}
+
+impl BinaryLevels<'_> {
+    /// The nearest hit of `ray`, that of [`Instances::closest_hit`](super::Instances::closest_hit). `probe` gets the tests of both levels,
+    /// and of the upper one visits and events.
+    pub fn closest_hit<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<InstanceHit> {
+        match probe.observer() {
+            Observer::Nothing => self.query(ray, RayQuery::ClosestHit(traversal), &mut NoProbe),
+            Observer::Counts(counts) => self.query(ray, RayQuery::ClosestHit(traversal), counts),
+            Observer::Tests(mut probe) => self.query(ray, RayQuery::ClosestHit(traversal), &mut probe),
+            Observer::Events(mut probe) => self.query(ray, RayQuery::ClosestHit(traversal), &mut probe),
+        }
+    }
+
+    /// Whether anything lies on `ray` between its `t_min` and `t_max`, observed as in [`BinaryLevels::closest_hit`].
+    pub fn any_hit<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
+        let hit = match probe.observer() {
+            Observer::Nothing => self.query(ray, RayQuery::AnyHit, &mut NoProbe),
+            Observer::Counts(counts) => self.query(ray, RayQuery::AnyHit, counts),
+            Observer::Tests(mut probe) => self.query(ray, RayQuery::AnyHit, &mut probe),
+            Observer::Events(mut probe) => self.query(ray, RayQuery::AnyHit, &mut probe),
+        };
+        hit.is_some()
+    }
+
+    /// The visits of the nodes of the tree over the copies by rays, see
+    /// [`measure_weighted_visits`](crate::tree::visits::measure_weighted_visits).
+    pub fn measure_weighted_visits(
+        &self,
+        ray_count: u32,
+        ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
+        token: &CancelToken,
+    ) -> Result<Visits, Cancelled> {
+        count_visits(self.top.nodes.len(), ray_count, ray, token, |ray, query, counter| {
+            self.query(ray, query, counter);
+        })
+    }
+
+    /// The hit that ends a query.
+    fn query<P: Probe>(&self, ray: &Ray, query: RayQuery, probe: &mut P) -> Option<InstanceHit> {
+        match query {
+            RayQuery::ClosestHit(Traversal::Ordered) => self.trace::<P, true, false>(ray, probe),
+            RayQuery::ClosestHit(Traversal::Paper) => self.trace::<P, false, false>(ray, probe),
+            RayQuery::AnyHit => self.trace::<P, true, true>(ray, probe),
+        }
+    }
+
+    fn trace<P: Probe, const ORDERED: bool, const ANY: bool>(&self, ray: &Ray, probe: &mut P) -> Option<InstanceHit> {
+        let world = World { ray: PreparedRay::new(*ray), shear: Shear::new(ray.direction) };
+        let depth = self.copies.meshes().iter().map(|mesh| mesh.tree().max_depth()).max().unwrap_or(0);
+        let (mut stack, mut stack_below) = (new_stack(self.top.max_depth), new_stack(depth));
+        let mut found: Option<InstanceHit> = None;
+        walk::<_, Aabb, P, ORDERED, ANY>(baseline(), self.top, &world.ray, &mut stack, probe, |slots, _, probe| {
+            for &copy in &self.top.primitive_indices[slots] {
+                let before = found;
+                self.trace_copy::<P, ORDERED, ANY>(copy, &world, &mut stack_below, probe, &mut found);
+                let nearer = found.filter(|_| found != before);
+                if P::EVENTS {
+                    probe.tested(copy, nearer.map(|hit| hit.t));
+                }
+                if P::EVENTS
+                    && let Some(hit) = nearer
+                {
+                    probe.nearer(hit.t);
+                }
+                if ANY && found.is_some() {
+                    return ControlFlow::Break(());
+                }
+            }
+            ControlFlow::Continue(world.end::<ORDERED>(found))
+        });
+        found
+    }
+
+    /// Replaces `found` by the nearest hit with `copy` where that is nearer, or by any.
+    fn trace_copy<P: Probe, const ORDERED: bool, const ANY: bool>(
+        &self,
+        copy: u32,
+        world: &World,
+        stack: &mut [StackEntry],
+        probe: &mut P,
+        found: &mut Option<InstanceHit>,
+    ) {
+        let PlacedMesh { mesh, place } = self.copies.placed(copy);
+        let (tree, triangles) = (self.copies.binary_tree(*mesh), self.triangles[*mesh as usize]);
+        probe.carried(copy);
+        let carried = place.carry(&Ray { t_max: world.end::<ORDERED>(*found), ..world.ray.ray });
+        let mut below = Below(probe);
+        let mut test = |slots: Range<usize>, below: &mut Below<'_, P>| {
+            for &index in &tree.primitive_indices[slots] {
+                below.primitive_test();
+                let triangle = place.triangle(&triangles[index as usize]);
+                if let Some(hit) = triangle.intersect(&world.ray, &world.shear, world.end::<true>(*found)) {
+                    *found = Some(InstanceHit::new(hit, copy, index).nearer(*found));
+                    if ANY {
+                        return ControlFlow::Break(());
+                    }
+                }
+            }
+            ControlFlow::Continue(world.end::<ORDERED>(*found))
+        };
+        let Some(carried) = carried else {
+            // Its coordinates would leave the range of single precision: every triangle is tested, as by the wide tree.
+            let _ = test(0..tree.primitive_indices.len(), &mut below);
+            return;
+        };
+        let ray = PreparedRay::widened(carried.ray, carried.widening.into());
+        walk::<_, Aabb, _, ORDERED, ANY>(baseline(), tree, &ray, stack, &mut below, |slots, _, below| {
+            test(slots, below).map_continue(|end| carried.distance(end))
+        });
+    }
+
+    /// The point of the copies that is nearest to `point`, observed by `probe`. A triangle has the index that `number` gives it by copy and
+    /// index in the mesh; of equal distances the lower one is found. `None` without triangles, and where `point` is not finite.
+    pub fn closest_point<P: Probe>(
+        &self,
+        point: Vec3,
+        number: impl Fn(u32, u32) -> u32,
+        probe: &mut P,
+    ) -> Option<ClosestPoint> {
+        let mut nearest = NearestPoint::new(point, f32::INFINITY)?;
+        let near = |bounds: &Aabb| bounds.distance_squared(point);
+        each_near_leaf(self.top, near, &mut nearest, probe, &mut |leaf, nearest, probe| {
+            for &copy in &self.top.primitive_indices[leaf.slots()] {
+                let PlacedMesh { mesh, place } = self.copies.placed(copy);
+                let (tree, triangles) = (self.copies.binary_tree(*mesh), self.triangles[*mesh as usize]);
+                probe.carried(copy);
+                let near = |bounds: &Aabb| place.bounds(bounds).distance_squared(point);
+                each_near_leaf(tree, near, nearest, probe, &mut |leaf, nearest, probe| {
+                    for &index in &tree.primitive_indices[leaf.slots()] {
+                        probe.primitive_test();
+                        nearest.offer(&place.triangle(&triangles[index as usize]), number(copy, index));
+                    }
+                });
+            }
+        });
+        nearest.found()
+    }
+}
+
+impl World {
+    /// Distance up to which hits are wanted: in the paper's order the whole ray.
+    #[inline(always)]
+    fn end<const ORDERED: bool>(&self, found: Option<InstanceHit>) -> f32 {
+        let whole = self.ray.ray.t_max;
+        if ORDERED { found.map_or(whole, |hit| hit.t) } else { whole }
+    }
+}

@@ -1,0 +1,13 @@
+//! Two levels: copies of meshes, each with a tree of its own, below a tree over the copies.
+//!
+//! [`MeshCopies`] are the lower level, and find hits below any tree over the copies' boxes; [`Instances`] have such a tree.
+
+mod copies;
+mod counted;
+mod hit;
+mod two_levels;
+
+pub use copies::{Copies, MeshCopies, Placed};
+pub use counted::BinaryLevels;
+pub use hit::InstanceHit;
+pub use two_levels::Instances;
