@@ -47,7 +47,8 @@ fn main() {
         let (build_time, accel) = timed(|| Accel::build(&scene, &settings, &token));
         let accel = accel.expect("AAC refuses nothing and nobody cancels");
         let (stats_time, _) = timed(|| tree_stats(&accel.tree, &token));
-        let (overlap_time, overlap) = timed(|| accel.epo(None, &token).expect("nobody cancels"));
+        let (overlap_time, overlap) =
+            timed(|| accel.epo(None, &token).expect("nobody cancels").expect("the scene is flat"));
         let (lineage_time, _) = timed(|| accel.ancestry().parents.len());
         let (path_time, path) = timed(|| accel.path_to(scene.triangles.len() as u32 / 2));
         println!(

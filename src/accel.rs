@@ -1,6 +1,7 @@
 //! The tree of a scene, ready to be traced: the inputs that it was built from, its report, and what is derived from it on
 //! request.
 
+mod copy_tracer;
 mod file_tree;
 mod follow;
 pub mod followed;
@@ -10,7 +11,7 @@ mod reading;
 pub mod tracer;
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
 use bvhscope_engine::builders::StageTimes;
@@ -20,19 +21,23 @@ use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
+use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_weighted_visits};
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
     AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
-    Triangle, WideBvh,
+    SimdLevel, Triangle, WideBvh,
 };
 
 use crate::budget::Budget;
 use crate::catalog::reading::{EnteringReading, Times};
 use crate::scene::Scene;
 
+use copy_tracer::CopyTracer;
+pub use copy_tracer::TwoLevels;
 pub use file_tree::FileTree;
 pub use follow::Follow;
+use tracer::{Tracer, TreeTracer};
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
@@ -71,6 +76,21 @@ pub fn peak_bytes_per_triangle(settings: &BuildSettings) -> u64 {
         + of_pass(passes.contains(Pass::Anneal), ANNEAL_BYTES_PER_TRIANGLE)
 }
 
+/// Why there can be no tree with `settings` over copies of meshes; `None` where there can.
+fn refusal_of_copies(settings: &BuildSettings) -> Option<String> {
+    let passes = settings.passes();
+    let needing_triangles = [Pass::Split, Pass::Orient].into_iter().find(|pass| passes.contains(*pass));
+    let reason = match (settings.container, needing_triangles) {
+        (ContainerKind::Aabb, None) => return None,
+        (ContainerKind::Aabb, Some(pass)) => format!("the pass '{}' works on triangles, not on copies", pass.name()),
+        (container, _) => format!("copies have boxes, not {}", container.plural()),
+    };
+    Some(format!("{reason}; choose another, or load the scene with --instances flat"))
+}
+
+/// A ray by its index, with its purpose and the number of rays that it stands for.
+pub type WeightedRay<'a> = &'a (dyn Fn(u32) -> (Ray, RayQuery, u32) + Sync);
+
 /// Interval at which a thread checks whether another has made the wide tree.
 const WIDENING_POLL_INTERVAL: Duration = Duration::from_millis(1);
 
@@ -92,6 +112,8 @@ pub struct Accel {
     /// Surface area of each node when it was built, where the tree has kept its nodes since.
     built_areas: Option<Arc<Vec<f32>>>,
     wide: OnceLock<Arc<WideBvh>>,
+    /// Both levels of a scene of copies, above and below the tree over them; `None` for a flat scene.
+    levels: Option<TwoLevels>,
     /// Locked by the thread that makes the wide tree in [`Accel::widen`].
     widening: Mutex<()>,
     // Derived on request, because the first picture needs none of it.
@@ -189,6 +211,9 @@ impl Accel {
         mut session: Option<&mut BuildSession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
+        if let Some(reason) = scene.copies.as_ref().and_then(|_| refusal_of_copies(settings)) {
+            return Err(BuildError::Refused(reason));
+        }
         let bytes = scene.triangles.len() as u64 * peak_bytes_per_triangle(settings);
         let mut within_budget = Budget::of_process().check("the tree", bytes);
         if let (Err(_), Some(session)) = (&within_budget, &mut session) {
@@ -199,8 +224,15 @@ impl Accel {
         within_budget.map_err(|error| BuildError::Refused(error.to_string()))?;
         let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
-        let BinaryBvh { tree, report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
-        Ok(Self::new(scene, settings, tree, report, recycler))
+        let BinaryBvh { tree, mut report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
+        let Some(copies) = &scene.copies else { return Ok(Self::new(scene, settings, tree, report, recycler)) };
+        let wide = Arc::new(WideBvh::new(&tree, &scene.triangles, token)?);
+        let start = Instant::now();
+        let levels = TwoLevels::build(copies, &wide, settings, token)?;
+        report.add_stage("meshes", start.elapsed());
+        let mut accel = Self::new(scene, settings, tree, report, recycler);
+        (accel.wide, accel.levels) = (wide.into(), Some(levels));
+        Ok(accel)
     }
 
     /// A tree over `scene` that was made elsewhere, of any arity, such as one before its passes. Its times are zero.
@@ -237,6 +269,7 @@ impl Accel {
             follow: Follow::default(),
             built_areas: None,
             wide: OnceLock::new(),
+            levels: None,
             widening: Mutex::new(()),
             leaf_triangles: OnceLock::new(),
             epo: OnceLock::new(),
@@ -248,6 +281,24 @@ impl Accel {
             regrets: OnceLock::new(),
             recycler,
         }
+    }
+
+    /// The tracer of a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one; of a scene of copies, both
+    /// levels.
+    pub fn tracer(&self, simd: SimdLevel) -> Box<dyn Tracer + '_> {
+        match self.copy_tracer() {
+            Some(tracer) => Box::new(tracer),
+            None => Box::new(TreeTracer::new(self, simd)),
+        }
+    }
+
+    /// Both levels of a scene of copies; `None` for a flat scene.
+    pub fn levels(&self) -> Option<&TwoLevels> {
+        self.levels.as_ref()
+    }
+
+    fn copy_tracer(&self) -> Option<CopyTracer<'_>> {
+        self.levels.as_ref().map(|levels| CopyTracer::new(levels, &self.tree))
     }
 
     /// Whether the tree follows a moving model and was built at another moment.
@@ -411,12 +462,18 @@ impl Accel {
 
     /// The same hit through the tree as it is, in the order of `traversal` and observed by `probe`.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        self.tree.closest_hit(self.leaf_triangles(), ray, traversal, probe)
+        match self.copy_tracer() {
+            Some(tracer) => tracer.closest(ray, traversal, probe),
+            None => self.tree.closest_hit(self.leaf_triangles(), ray, traversal, probe),
+        }
     }
 
     /// Whether anything lies on `ray`, through the tree as it is and observed by `probe`.
     pub fn any_hit_with<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
-        self.tree.any_hit(self.leaf_triangles(), ray, probe)
+        match self.copy_tracer() {
+            Some(tracer) => tracer.binary().any_hit(ray, probe),
+            None => self.tree.any_hit(self.leaf_triangles(), ray, probe),
+        }
     }
 
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
@@ -430,6 +487,16 @@ impl Accel {
         self.wide().any_hits(rays, blocked);
     }
 
+    /// Traces a number of rays through the binary tree and counts the visits of each node, in the calling thread's rayon pool; of a scene of
+    /// copies, those of the tree over the copies.
+    pub fn visits(&self, count: u32, ray: WeightedRay<'_>, token: &CancelToken) -> Result<Visits, Cancelled> {
+        if let Some(tracer) = self.copy_tracer() {
+            return tracer.binary().measure_weighted_visits(count, ray, token);
+        }
+        let triangles = self.compute_leaf_triangles(token)?;
+        with_tree!(&self.tree, tree => measure_weighted_visits(tree, triangles, count, ray, token))
+    }
+
     /// Indices of the nodes from the root to the leaf that holds the triangle `primitive_index`. Empty where there is no such
     /// triangle.
     pub fn path_to(&self, primitive_index: u32) -> Vec<u32> {
@@ -439,12 +506,14 @@ impl Accel {
 
     /// End-point overlap: exact, or on request estimated from that many samples, unless it is known already. The first request takes
     /// about as long as a build; a UI thread uses [`Accel::known_epo`].
-    pub fn epo(&self, samples: Option<usize>, token: &CancelToken) -> Result<EndPointOverlap, Cancelled> {
-        if let Some(epo) = self.known_epo() {
-            return Ok(epo);
+    ///
+    /// `None` of a scene of copies, whose surface the tree over the copies does not have.
+    pub fn epo(&self, samples: Option<usize>, token: &CancelToken) -> Result<Option<EndPointOverlap>, Cancelled> {
+        if self.known_epo().is_none() && self.levels.is_none() {
+            let epo = end_point_overlap(&self.tree, &self.scene.triangles, samples.unwrap_or(usize::MAX), token)?;
+            self.epo.get_or_init(|| epo);
         }
-        let epo = end_point_overlap(&self.tree, &self.scene.triangles, samples.unwrap_or(usize::MAX), token)?;
-        Ok(*self.epo.get_or_init(|| epo))
+        Ok(self.known_epo())
     }
 
     /// End-point overlap, if [`Accel::epo`] has computed it.

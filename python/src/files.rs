@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use bvhscope::scene::{LoadError, LoadOptions, SceneSource, load};
+use bvhscope::scene::{Instancing, LoadError, LoadOptions, SceneSource, load};
 use bvhscope::text::counted;
 use pyo3::prelude::*;
 
@@ -24,7 +24,8 @@ pub(crate) fn read_model(
 ) -> PyResult<(Core, Vec<String>)> {
     let settings = keywords.settings()?;
     let source = SceneSource::parse(&path).map_err(|error| value_error("path", error))?;
-    let options = LoadOptions { allow_outside, ..LoadOptions::default() };
+    // Triangles are wanted, of every copy.
+    let options = LoadOptions { allow_outside, instances: Instancing::Flat, ..LoadOptions::default() };
     let (model, warnings) = run(py, thread_count(threads)?, move |token| {
         let scene = load(&source, &options, token)?;
         let warnings =

@@ -26,6 +26,10 @@ impl Accel {
     ///
     /// Where the file cannot be read, is no tree of this scene, or does not fit into the memory budget.
     pub fn read(scene: &Arc<Scene>, path: &Path, passes: Passes, token: &CancelToken) -> Result<Self, LoadError> {
+        if scene.copies.is_some() {
+            let advice = "load the model with --instances flat";
+            return Err(LoadError::of_file(path, "holds a tree of triangles, and the model is one of copies", advice));
+        }
         let bytes = read_file(path, None, token)?;
         let budget = Budget::of_process();
         let file = TreeFile::read(&bytes, Some(&scene.triangles), budget.allowance(), token)

@@ -64,22 +64,19 @@ pub trait Tracer: Send + Sync {
     fn closest_point_tests(&self, point: Vec3) -> TestCounts;
 }
 
-/// The trees of an [`Accel`], on the CPU.
-pub struct TreeTracer<'a> {
+/// The trees of an [`Accel`] over triangles, on the CPU.
+pub(super) struct TreeTracer<'a> {
     accel: &'a Accel,
     /// Without it the binary tree gives the same hits, for a first coarse picture that does not wait for it.
     wide: Option<&'a AnyWideTree>,
     level: Level,
 }
 
-impl Accel {
-    /// The tracer of a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one.
-    pub fn tracer(&self, simd: SimdLevel) -> TreeTracer<'_> {
-        TreeTracer { accel: self, wide: self.known_wide().map(|wide| &wide.tree), level: simd.level() }
+impl<'a> TreeTracer<'a> {
+    pub(super) fn new(accel: &'a Accel, simd: SimdLevel) -> Self {
+        Self { accel, wide: accel.known_wide().map(|wide| &wide.tree), level: simd.level() }
     }
-}
 
-impl TreeTracer<'_> {
     /// The triangles by the indices of the tree: a coarse picture does not wait until they are in leaf order.
     fn indexed<'t>(&'t self, indices: &'t [u32]) -> IndexedTriangles<'t> {
         IndexedTriangles { triangles: &self.accel.scene.triangles, indices }
@@ -95,13 +92,9 @@ impl TreeTracer<'_> {
     ) {
         let (tree, triangles) = (&self.accel.tree, self.accel.leaf_triangles());
         let mut stack = new_stack(tree.max_depth());
-        for (ray, found) in rays.iter().zip(found) {
-            let mut probe = P::default();
-            let hit = first_that_counts(*ray, query.passes, |ray| {
-                tree.closest_hit_with(self.level, triangles, ray, query.traversal, &mut stack, &mut probe)
-            });
-            *found = (hit, counts(probe));
-        }
+        count_each(rays, query, found, counts, |ray, probe| {
+            tree.closest_hit_with(self.level, triangles, ray, query.traversal, &mut stack, probe)
+        });
     }
 
     /// The nearest hit of a ray through the binary tree, and the number of containers that all of it enters, each once whatever is hidden.
@@ -226,8 +219,23 @@ pub fn first_that_counts(
     }
 }
 
+/// Traces `rays` with a probe for each, by `closest`, which finds the nearest hit.
+pub(super) fn count_each<P: Probe + Default>(
+    rays: &[Ray],
+    query: CountedQuery<'_>,
+    found: &mut [(Option<Hit>, TestCounts)],
+    counts: fn(P) -> TestCounts,
+    mut closest: impl FnMut(&Ray, &mut P) -> Option<Hit>,
+) {
+    for (ray, found) in rays.iter().zip(found) {
+        let mut probe = P::default();
+        let hit = first_that_counts(*ray, query.passes, |ray| closest(ray, &mut probe));
+        *found = (hit, counts(probe));
+    }
+}
+
 /// Counts the nodes that a ray visits.
-struct Entered(u64);
+pub(super) struct Entered(pub(super) u64);
 
 impl Probe for Entered {
     #[inline(always)]
@@ -236,6 +244,10 @@ impl Probe for Entered {
     fn primitive_test(&mut self) {}
     #[inline(always)]
     fn visited(&mut self, _node: u32) {
+        self.0 += 1;
+    }
+    #[inline(always)]
+    fn visited_below(&mut self) {
         self.0 += 1;
     }
 }

@@ -14,6 +14,12 @@ pub fn counted(value: u64, noun: &str) -> String {
     format!("{} {noun}{}", count(value), if value == 1 { "" } else { "s" })
 }
 
+/// A text with a capital letter at its beginning.
+pub fn capital(text: &str) -> String {
+    let mut rest = text.chars();
+    rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
+}
+
 /// Three significant digits without an exponent: `0.0123`, `1.23`, `12.3`, `123`, `1,234`. Zero is `0`, NaN and infinities
 /// are `–`.
 pub fn significant(value: f64) -> String {

@@ -4,6 +4,7 @@ use crate::headless::MeasuringRays;
 use crate::lab::population::{Population, Populations};
 use crate::lab::report_table::TableFormat;
 use crate::render::{Background, Light, RayKind};
+use crate::scene::Instancing;
 use crate::view::NamedView;
 use bvhscope_engine::construction::MergeOrder;
 use bvhscope_engine::follow::Policy;
@@ -46,6 +47,7 @@ named!(
     Population,
     Policy,
     TableFormat,
+    Instancing,
 );
 
 /// Parses the name of any value of `T`.

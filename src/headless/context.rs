@@ -28,6 +28,17 @@ pub enum Failure {
     Interrupted,
 }
 
+/// Refuses a scene of copies in two levels to what needs the triangles of all of them.
+pub(super) fn needs_triangles(scene: &Scene, what: &str) -> Result<(), Failure> {
+    if scene.copies.is_none() {
+        return Ok(());
+    }
+    Err(Failure::Failed(format!(
+        "{}: '{what}' needs the triangles of every copy, which a scene in two levels does not have; load it with --instances flat",
+        scene.source
+    )))
+}
+
 impl From<Cancelled> for Failure {
     fn from(_: Cancelled) -> Self {
         Self::Interrupted

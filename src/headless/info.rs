@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool, needs_triangles};
 use super::moments::{MomentChoice, ShownMoment, check_follow};
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
@@ -106,6 +106,11 @@ struct Info {
     command: &'static str,
     model: String,
     triangles: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    copies: Option<usize>,
+    /// Bytes that the flat scene of the copies would have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flat_bytes: Option<u64>,
     meshes: usize,
     materials: usize,
     textures: usize,
@@ -173,6 +178,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.triangles {
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         read.add_read(&scene.files_read);
+        needs_triangles(&scene, "--triangles")?;
         write_triangles(path, &read, &scene, &context.token)?;
     }
     let progress = Progress::new("Building", &context.token);
@@ -249,11 +255,13 @@ impl Found {
         // Those of a file are no view's.
         let has_rays = Population::ALL.into_iter().any(|population| command.rays.populations.has(population));
         let attributes = scene.attributes.as_ref();
-        let triangles = scene.triangles.len();
+        let triangles = scene.triangle_count() as usize;
         Info {
             command: "info",
             model: command.source.to_string(),
             triangles,
+            copies: scene.copies.as_ref().map(|copies| copies.copies().len()),
+            flat_bytes: scene.copies.as_ref().map(|copies| copies.flat_bytes()),
             meshes: scene.mesh_count,
             materials: scene.materials.len(),
             textures: scene.image_count(),
@@ -366,6 +374,9 @@ fn print_model(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()>
     let megabytes = |bytes: usize| format!("{} MB", number(bytes as f64 / 1e6));
     writeln!(out, "{}", info.model)?;
     line(out, "triangles", count(info.triangles as u64))?;
+    if let Some(copies) = info.copies {
+        line(out, "copies", count(copies as u64))?;
+    }
     line(out, "meshes", count(info.meshes as u64))?;
     line(out, "materials", format!("{}, textures {}", info.materials, info.textures))?;
     let attributes: Vec<&str> =
@@ -396,7 +407,8 @@ fn print_model(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()>
         line(out, "offset", format!("{}, subtracted from all coordinates", vector(info.offset)))?;
     }
     line(out, "up", vector(info.scene_up.map(f64::from)))?;
-    line(out, "memory", megabytes(info.scene_bytes))
+    let flat = info.flat_bytes.map_or_else(String::new, |bytes| format!(", flat {}", megabytes(bytes as usize)));
+    line(out, "memory", megabytes(info.scene_bytes) + &flat)
 }
 
 /// Names and times of the first [`MAX_CLIPS`] clips.

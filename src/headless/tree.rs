@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::context::{Context, Failure, Finished, in_pool};
+use super::context::{Context, Failure, Finished, in_pool, needs_triangles};
 use super::moments::{MomentChoice, check_follow};
 use super::picture::check_written;
 use super::progress::Progress;
@@ -85,6 +85,7 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_target(&command.output, &read)?;
+    needs_triangles(&scene, "tree")?;
     let token = &context.token;
     let progress = Progress::new("Building", token);
     let (accel, wide) = in_pool(|| {

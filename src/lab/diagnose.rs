@@ -54,6 +54,10 @@ pub fn diagnose_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>
 }
 
 fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
+    if scene.copies.is_some() {
+        // What the tree consists of are copies, of which nothing here holds.
+        return Ok(Vec::new());
+    }
     let triangles = &scene.triangles;
     let total = triangles.len();
     let mut findings = Vec::new();
@@ -108,8 +112,8 @@ fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result
     Ok(findings)
 }
 
-/// Diagnoses a tree: its depth, its leaves and its end-point overlap `epo` (Aila et al. 2013).
-pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
+/// Diagnoses a tree: its depth, its leaves and its end-point overlap `epo` (Aila et al. 2013), if it has one.
+pub fn diagnose_tree(accel: &Accel, epo: Option<EndPointOverlap>) -> Vec<Finding> {
     let stats = &accel.report.stats;
     let mut findings = Vec::new();
     let balanced = (stats.leaves.max(1) as f32).log2().ceil() as u32;
@@ -133,7 +137,7 @@ pub fn diagnose_tree(accel: &Accel, epo: EndPointOverlap) -> Vec<Finding> {
         });
     }
     // EPO has the unit of the SAH cost; near that cost, rays do as much useless as useful work.
-    if epo.value > 0.75 * stats.sah_cost {
+    if let Some(epo) = epo.filter(|epo| epo.value > 0.75 * stats.sah_cost) {
         let note = epo.estimate_note().map_or_else(String::new, |note| format!(" ({note})"));
         findings.push(Finding {
             kind: "overlap",
@@ -267,7 +271,7 @@ mod tests {
     fn overlap_is_lowered_by_settings_that_the_tree_was_built_with() {
         let (scene, token) = (crate::lab::sample::teapot(), CancelToken::new());
         let epo = EndPointOverlap { value: 1e6, sampled: 1, triangles: 1, margin: None, visited: 1 };
-        let text = |accel: &Accel| diagnose_tree(accel, epo).pop().unwrap().text;
+        let text = |accel: &Accel| diagnose_tree(accel, Some(epo)).pop().unwrap().text;
         let built = |builder, container| {
             let build = BuildSettings { builder, container, ..BuildSettings::default() };
             Accel::build(&scene, &build, &token).unwrap()

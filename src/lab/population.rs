@@ -6,15 +6,15 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, Ray};
 use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::traverse::Traversal;
-use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_weighted_visits};
+use bvhscope_engine::tree::visits::{RayQuery, Visits};
 use bvhscope_engine::tree::{AnyTree, Container, Node, Tree};
 use bvhscope_engine::with_tree;
 use glam::Vec3;
 
-use crate::accel::Accel;
+use crate::accel::{Accel, WeightedRay};
 use crate::camera::Camera;
 use crate::ray_file::{FileRay, RaySet};
 use crate::render::{Light, RayKind, RenderRequest, RenderSettings, rays_of_picture};
@@ -284,16 +284,23 @@ impl ViewRays {
     /// triangles stop rays as all others do.
     pub fn measure(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<MeasuredVisits, Cancelled> {
         let rays = self.list(accel, &token.part(0, 2))?;
-        self.visits(&accel.scene, &accel.tree, accel.compute_leaf_triangles(token)?, &rays, &token.part(1, 2))
+        accel.compute_leaf_triangles(token)?;
+        self.visits(
+            &accel.scene,
+            &accel.tree,
+            &|count, ray, token: &CancelToken| accel.visits(count, ray, token),
+            &rays,
+            &token.part(1, 2),
+        )
     }
 
-    /// The visits of the nodes of `tree`, one of `scene`, by `rays`, which are those of [`ViewRays::list`]. A ray of a file counts as many
-    /// times as rays it stands for, and as a shadow ray where it is one. `leaf_triangles` are in leaf order.
+    /// The visits of the nodes of `tree`, one of `scene`, by `rays`, which are those of [`ViewRays::list`] and which `trace` takes through
+    /// it. A ray of a file counts as many times as rays it stands for, and as a shadow ray where it is one.
     pub fn visits(
         &self,
         scene: &Scene,
         tree: &AnyTree,
-        leaf_triangles: &[Triangle],
+        trace: CountVisits<'_>,
         rays: &[Ray],
         token: &CancelToken,
     ) -> Result<MeasuredVisits, Cancelled> {
@@ -308,7 +315,7 @@ impl ViewRays {
             let query = if ends { RayQuery::AnyHit } else { RayQuery::ClosestHit(self.traversal) };
             (ray, query, (f64::from(weight) * scale).round() as u32)
         };
-        measured(self.population, (scene, tree, leaf_triangles), (rays.len() as u32, &ray), token)
+        measured(self.population, (scene, tree, trace), (rays.len() as u32, &ray), token)
     }
 }
 
@@ -322,13 +329,13 @@ fn weight_scale(rays: &[FileRay]) -> f64 {
     if is_whole { 1.0 } else { SCALED_SUM / sum }
 }
 
-/// A ray by its index, with its purpose and the number of rays that it stands for.
-type WeightedRay<'a> = &'a (dyn Fn(u32) -> (Ray, RayQuery, u32) + Sync);
+/// Counts the visits of nodes by a number of rays.
+pub type CountVisits<'a> = &'a dyn Fn(u32, WeightedRay<'_>, &CancelToken) -> Result<Visits, Cancelled>;
 
-/// The visits of the nodes of a tree of a scene, whose triangles are in leaf order, by a number of rays.
+/// The visits of the nodes of a tree of a scene by a number of rays.
 fn measured(
     population: Population,
-    (scene, tree, leaf_triangles): (&Scene, &AnyTree, &[Triangle]),
+    (scene, tree, trace): (&Scene, &AnyTree, CountVisits<'_>),
     (count, ray): (u32, WeightedRay<'_>),
     token: &CancelToken,
 ) -> Result<MeasuredVisits, Cancelled> {
@@ -338,12 +345,14 @@ fn measured(
     };
     let [of_all, of_beside] = [token.part(0, 2), token.part(1, 2)];
     with_tree!(tree, tree => {
-        let visits = measure_weighted_visits(tree, leaf_triangles, count, ray, &of_all)?;
+        let visits = trace(count, ray, &of_all)?;
         // Spheres and trees from files have roots that such rays enter, too.
-        let beside = measure_weighted_visits(tree, leaf_triangles, count, beside, &of_beside)?;
+        let beside = trace(count, &beside, &of_beside)?;
         let (all_tests, tests_beside) = (tests(tree, &visits), tests(tree, &beside));
         let entering = visits.rays - beside.rays;
-        let mean = |tests: u64, rays: u32| (rays > 0).then(|| tests as f64 / f64::from(rays));
+        // Of a scene of copies the tree above alone has visits, and tests below it are others.
+        let is_whole = scene.copies.is_none();
+        let mean = |tests: u64, rays: u32| (is_whole && rays > 0).then(|| tests as f64 / f64::from(rays));
         let (sum, predicted_visits) = visits.sums(tree, token)?;
         let sums = MeasuredRays {
             population,

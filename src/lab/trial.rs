@@ -32,7 +32,8 @@ pub(super) struct Trial {
 pub(super) struct First {
     pub(super) threads: usize,
     pub(super) report: BuildReport,
-    pub(super) epo: EndPointOverlap,
+    /// `None` of a scene of copies.
+    pub(super) epo: Option<EndPointOverlap>,
     /// Of the binary tree and of the wide one.
     pub(super) hashes: [u64; 2],
     pub(super) wide: WideReading,
@@ -68,7 +69,7 @@ impl Trial {
         Measurement {
             command: command.to_owned(),
             model: subject.model.clone(),
-            triangles: subject.scene.triangles.len(),
+            triangles: subject.scene.triangle_count() as usize,
             builder: read.as_ref().map_or(setup.build.builder.name().into(), |accel| accel.builder_name()).into_owned(),
             tree: read.as_ref().and_then(|accel| accel.file.as_ref()).map(|file| file.path.display().to_string()),
             label: label.clone(),
@@ -125,7 +126,7 @@ impl Trial {
             is_update: false,
             stages_ms: stage_medians(&self.builds),
             ready_ms: ready.map(|ready| median(ready.into_iter())),
-            epo: Some(first.epo),
+            epo: first.epo,
             hashes: Some(first.hashes),
             wide: Some(WideReading { collapse_ms: median(self.collapses_ms.iter().copied()), ..first.wide }),
             trace: Some(TraceReading {
@@ -175,7 +176,7 @@ mod tests {
     use crate::lab::population::Populations;
     use crate::lab::sample::{assert_same, sample};
     use crate::lab::setup::Setup;
-    use crate::scene::{FileLocation, LoadOptions, Scene, SceneSource};
+    use crate::scene::{FileLocation, Instancing, LoadOptions, Scene, SceneSource};
     use crate::view::Place;
     use bvhscope_engine::geometry::Triangle;
     use bvhscope_engine::kernel::SimdLevel;
@@ -209,7 +210,7 @@ mod tests {
         let triangles = vec![Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y }; 7];
         let mut scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
         scene.warnings.add("faces skipped", || FileLocation::Line(3));
-        let load = LoadOptions { allow_outside: true, scene: Some(5), fps: Some(30.0) };
+        let load = LoadOptions { allow_outside: true, scene: Some(5), fps: Some(30.0), instances: Instancing::Flat };
         Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene), trees: Vec::new(), rays: None, load }
     }
 
@@ -241,7 +242,7 @@ mod tests {
                 tree_bytes: 1009,
                 triangle_bytes: 7 * size_of::<Triangle>(),
             },
-            epo: EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, margin: Some(0.25), visited: 1013 },
+            epo: Some(EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, margin: Some(0.25), visited: 1013 }),
             hashes: [0x3fb, 0xfeed_0000_0000_03fd],
             populations: sample().populations,
             wide: WideReading { collapse_ms: 991.0, node_bytes: 331, triangle_bytes: 337, bytes_per_triangle: 95.5 },
@@ -366,7 +367,7 @@ mod tests {
                 command_line: format!(
                     "bvhscope bench a/model.obj --builder aac --container sphere --threshold 47 --epsilon 0.375 --curve hilbert \
                      --optimize collapse --threads 3 --simd {} --size 103x107 --traversal paper --repeat 109 --eye '0,0,1' \
-                     --target '0,0,0' --up '0,1,0' --fov 57.296 --scene 5 --fps 30 --allow-outside",
+                     --target '0,0,0' --up '0,1,0' --fov 57.296 --scene 5 --fps 30 --instances flat --allow-outside",
                     SimdLevel::best().name()
                 ),
                 // Of this machine and this minute.

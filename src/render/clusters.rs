@@ -54,7 +54,11 @@ impl Shade for Clusters {
     fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
         let facing = sample.context.orientation(sample.ray, hit).smooth.dot(-sample.ray.direction).max(0.0);
         // The tree of a construction may lack what the traced one holds.
-        let cluster = self.of_primitive.get(hit.primitive_index as usize).copied().unwrap_or(0);
+        let cluster = self
+            .of_primitive
+            .get(sample.context.scene.primitive_of(hit.primitive_index) as usize)
+            .copied()
+            .unwrap_or(0);
         let color = cluster_color(cluster);
         Shaded::color(color * (0.35 + 0.65 * facing))
     }

@@ -33,16 +33,13 @@ pub struct Crossings {
 }
 
 impl Crossings {
-    /// The crossings of a ray towards `direction` at `hits`, sorted by distance, with `triangles`.
-    pub fn new(hits: &[Hit], has_more: bool, direction: Vec3, triangles: &[Triangle]) -> Self {
+    /// The crossings of a ray towards `direction` at `hits`, sorted by distance, with the triangles that `triangle` has.
+    pub fn new(hits: &[Hit], has_more: bool, direction: Vec3, triangle: impl Fn(u32) -> Triangle) -> Self {
         let mut crossings: Vec<Crossing> = Vec::with_capacity(hits.len());
         // Distance of the last surface.
         let mut entered = 0.0;
         for &Hit { t, primitive_index, .. } in hits {
-            let is_front = triangles.get(primitive_index as usize).is_some_and(|triangle| {
-                let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
-                normal.dot(direction) < 0.0
-            });
+            let is_front = triangle(primitive_index).scaled_normal().dot(direction) < 0.0;
             let last = crossings.last().map(|last| (last.t, last.is_front, last.surfaces));
             let is_same = last.is_some_and(|(last, front, _)| is_front == front && t - last <= SAME_DISTANCE * t.abs());
             let surfaces = last.map_or(0, |(.., surfaces)| surfaces) + u32::from(!is_same);
@@ -82,7 +79,7 @@ mod tests {
         // Two walls; the ray meets an edge of the first at its front.
         let triangles = [front, front, back, front, back];
         let hits = [hit(1.0, 0), hit(1.0, 1), hit(3.0, 2), hit(5.0, 3), hit(5.5, 4)];
-        let crossings = Crossings::new(&hits, false, Vec3::NEG_Z, &triangles);
+        let crossings = Crossings::new(&hits, false, Vec3::NEG_Z, |hit| triangles[hit as usize]);
         let of = |hit: &Crossing| (hit.is_front, hit.surfaces, hit.thickness);
         let found: Vec<_> = crossings.hits.iter().map(of).collect();
         let expected =
@@ -90,7 +87,7 @@ mod tests {
         assert_eq!(found, expected);
         assert_eq!((crossings.surfaces(), crossings.thickness()), (4, 2.5));
         // Two walls that touch are two surfaces, because they face opposite ways.
-        let touching = Crossings::new(&[hit(1.0, 2), hit(1.0, 0)], false, Vec3::NEG_Z, &triangles);
+        let touching = Crossings::new(&[hit(1.0, 2), hit(1.0, 0)], false, Vec3::NEG_Z, |hit| triangles[hit as usize]);
         assert_eq!((touching.surfaces(), touching.thickness()), (2, 0.0));
         let none = Crossings::default();
         assert!(none.surfaces() == 0 && none.thickness().to_bits() == 0, "not -0, which a legend would show");

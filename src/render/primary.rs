@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::grid::{Grid, TILE_AREA};
 use super::request::RenderRequest;
-use crate::accel::tracer::{CountedQuery, Counting, Tracer as _};
+use crate::accel::tracer::{CountedQuery, Counting};
 use crate::catalog::reading::EnteringReading;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Ray;

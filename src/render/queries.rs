@@ -30,8 +30,8 @@ impl Shade for Thickness {
     fn hit(&self, sample: &Sample<'_>, _hit: &Hit, _point: &()) -> Shaded {
         let mut hits = Vec::new();
         let has_more = sample.context.all_hits(sample.ray, MOST_HITS, &mut hits);
-        let triangles = &sample.context.scene.triangles;
-        Shaded::value(Crossings::new(&hits, has_more, sample.ray.direction, triangles).thickness())
+        let triangle = |hit| sample.context.scene.triangle(hit);
+        Shaded::value(Crossings::new(&hits, has_more, sample.ray.direction, triangle).thickness())
     }
 
     fn miss(&self, _sample: &Sample<'_>, _background: Vec3) -> Shaded {

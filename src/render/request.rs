@@ -51,6 +51,7 @@ impl RenderRequest {
 
     /// The visible part: less than all where there is a section plane or where triangles are hidden.
     pub fn visible(&self) -> Visible<'_> {
-        Visible { section: self.settings.section, hidden: self.hidden.as_deref().filter(|hidden| !hidden.is_empty()) }
+        let hidden = self.hidden.as_deref().filter(|hidden| !hidden.is_empty());
+        Visible { scene: &self.accel.scene, section: self.settings.section, hidden }
     }
 }

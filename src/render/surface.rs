@@ -75,15 +75,17 @@ impl Normals {
     }
 
     /// Normals of a triangle's corners; zero stands for the geometric one.
-    fn of(&self, scene: &Scene, triangle: u32) -> Option<[Vec3; 3]> {
-        match self {
-            Self::Flat => None,
+    fn of(&self, scene: &Scene, hit: u32) -> Option<[Vec3; 3]> {
+        let triangle = scene.surface_of(hit);
+        let normals = match self {
+            Self::Flat => return None,
             Self::File => {
                 let Attributes { corners, normals, .. } = scene.attributes.as_ref()?;
-                Some(corners[triangle as usize].map(|corner| normals.get(corner as usize).copied().unwrap_or_default()))
+                corners[triangle as usize].map(|corner| normals.get(corner as usize).copied().unwrap_or_default())
             }
-            Self::Crease(normals) => Some(normals.of(triangle)),
-        }
+            Self::Crease(normals) => normals.of(triangle),
+        };
+        Some(normals.map(|normal| scene.normal_of(hit, normal)))
     }
 }
 
@@ -98,13 +100,13 @@ where
 
 /// The hit point, interpolated from the triangle's corners, which is more accurate than along the ray.
 pub(super) fn position(scene: &Scene, hit: &Hit) -> Vec3 {
-    let triangle = &scene.triangles[hit.primitive_index as usize];
+    let triangle = &scene.triangle(hit.primitive_index);
     triangle.a + (triangle.b - triangle.a) * hit.u + (triangle.c - triangle.a) * hit.v
 }
 
 /// The surface normals at a hit.
 pub(super) fn orientation(scene: &Scene, normals: &Normals, ray: &Ray, hit: &Hit) -> Orientation {
-    let triangle = &scene.triangles[hit.primitive_index as usize];
+    let triangle = &scene.triangle(hit.primitive_index);
     let towards = -ray.direction;
     let scaled = triangle.scaled_normal();
     let mut geometric = if (1e-30..1e30).contains(&scaled.length_squared()) {
@@ -137,13 +139,13 @@ pub(super) fn orientation(scene: &Scene, normals: &Normals, ray: &Ray, hit: &Hit
 }
 
 /// Texture coordinates of a triangle's corners; `None` if the file has none in this set.
-fn corner_uvs(scene: &Scene, triangle: u32, set: u8) -> Option<[Vec2; 3]> {
+fn corner_uvs(scene: &Scene, hit: u32, set: u8) -> Option<[Vec2; 3]> {
     let attributes = scene.attributes.as_ref()?;
     let uvs = if set == 0 { &attributes.uvs } else { &attributes.uvs2 };
     if uvs.is_empty() {
         return None;
     }
-    Some(attributes.corners[triangle as usize].map(|corner| uvs[corner as usize]))
+    Some(attributes.corners[scene.surface_of(hit) as usize].map(|corner| uvs[corner as usize]))
 }
 
 /// A texture at a hit: linear RGB and alpha. Reads the corner where the file has no texture coordinates.
@@ -159,7 +161,7 @@ pub(super) fn alpha(scene: &Scene, material: &Material, hit: &Hit) -> f32 {
     let of_texture = material.base_color_texture.map_or(1.0, |texture| sample(scene, texture, hit).w);
     let of_vertices = match &scene.attributes {
         Some(Attributes { corners, alphas, .. }) if !alphas.is_empty() => {
-            interpolate(alphas, corners[hit.primitive_index as usize], hit)
+            interpolate(alphas, corners[scene.surface_of(hit.primitive_index) as usize], hit)
         }
         _ => 1.0,
     };
@@ -212,7 +214,7 @@ pub(super) fn mapped_normal(
     let texture = &scene.textures[index as usize];
     let Some(uvs) = corner_uvs(scene, hit.primitive_index, texture.uv_set) else { return normal };
     let [a, b, c] = uvs.map(|uv| texture.uv_transform.transform_point2(uv));
-    let triangle = &scene.triangles[hit.primitive_index as usize];
+    let triangle = &scene.triangle(hit.primitive_index);
     let by_uvs = || tangents(triangle, b - a, c - a, normal);
     let Some((along_u, along_v)) = file_tangents(scene, orientation, hit).or_else(by_uvs) else { return normal };
     let texel = sample(scene, index, hit).truncate() * 2.0 - 1.0;
@@ -232,7 +234,7 @@ const MIN_FACING: f32 = 0.02;
 /// Unit directions along u and along v by the tangents of the file, perpendicular to the smooth normal; `None` where it has none.
 fn file_tangents(scene: &Scene, orientation: &Orientation, hit: &Hit) -> Option<(Vec3, Vec3)> {
     let Attributes { corners, tangents, .. } = scene.attributes.as_ref().filter(|all| !all.tangents.is_empty())?;
-    let tangent = interpolate(tangents, corners[hit.primitive_index as usize], hit);
+    let tangent = interpolate(tangents, corners[scene.surface_of(hit.primitive_index) as usize], hit);
     let normal = orientation.smooth;
     let along_u = (tangent.truncate() - normal * normal.dot(tangent.truncate())).try_normalize()?;
     // The bitangent belongs to the side that the file calls the front, and points against v.
@@ -264,7 +266,7 @@ pub(super) fn base_color(scene: &Scene, material: &Material, hit: &Hit) -> Vec3 
     if let Some(Attributes { corners, colors, .. }) = &scene.attributes
         && !colors.is_empty()
     {
-        color *= interpolate(colors, corners[hit.primitive_index as usize], hit);
+        color *= interpolate(colors, corners[scene.surface_of(hit.primitive_index) as usize], hit);
     }
     color
 }

@@ -171,7 +171,7 @@ impl<S: Shade> Pass<'_, '_, S> {
             if let Some(hit) = hit {
                 pixel.depth = context.camera.view_depth(traced.ray, hit.t);
                 pixel.distance = hit.t - context.camera.ortho_offset();
-                pixel.primitive = hit.primitive_index;
+                pixel.primitive = context.scene.primitive_of(hit.primitive_index);
             }
         }
     }
@@ -191,7 +191,7 @@ impl<S: Shade> Pass<'_, '_, S> {
         }
         // Nor is the surface in the picture where its distance is.
         if settings.mesh_edges && settings.shading != Shading::Distance {
-            let triangle = &context.scene.triangles[hit.primitive_index as usize];
+            let triangle = &context.scene.triangle(hit.primitive_index);
             let pixel_size = context.camera.pixel_size(context.camera.view_depth(ray, hit.t)) * self.grid.coarseness;
             let ink = edges::ink(triangle, ray, hit, pixel_size);
             // Values are coloured afterwards: until then the unused colour stores the line's coverage.

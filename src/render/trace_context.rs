@@ -45,7 +45,7 @@ impl<'a> TraceContext<'a> {
         let camera = request.camera.for_size(request.width_px, request.height_px);
         let scene = &*accel.scene;
         Self {
-            tracer: Box::new(accel.tracer(request.settings.simd)),
+            tracer: accel.tracer(request.settings.simd),
             scene,
             normals,
             camera,
@@ -124,7 +124,7 @@ impl<'a> TraceContext<'a> {
     pub(super) fn cut_surface(&self, ray: &Ray, hit: &Hit) -> Option<Vec3> {
         let section = self.section.as_ref()?;
         let entry = section.plane.entry(ray)?;
-        let normal = self.scene.triangles[hit.primitive_index as usize].scaled_normal();
+        let normal = self.scene.triangle(hit.primitive_index).scaled_normal();
         (normal.dot(ray.direction) * section.outward > 0.0).then(|| section.hatch(ray.at(entry), self.diagonal))
     }
 

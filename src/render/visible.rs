@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::accel::tracer::first_that_counts;
+use crate::scene::Scene;
 use crate::section::SectionPlane;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::{Hit, Ray};
@@ -10,6 +11,7 @@ use bvhscope_engine::geometry::{Hit, Ray};
 /// The visible part of a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Visible<'a> {
+    pub(super) scene: &'a Scene,
     pub(super) section: Option<SectionPlane>,
     /// Triangles that rays pass through; none where nothing is hidden.
     pub(super) hidden: Option<&'a TriangleSet>,
@@ -30,10 +32,10 @@ impl Visible<'_> {
         }
     }
 
-    /// Whether rays pass through the triangle of this index.
+    /// Whether rays pass through the triangle that a hit names.
     #[inline]
-    pub fn is_hidden(&self, primitive_index: u32) -> bool {
-        self.hidden.is_some_and(|hidden| hidden.contains(primitive_index))
+    pub fn is_hidden(&self, hit: u32) -> bool {
+        self.hidden.is_some_and(|hidden| hidden.contains(self.scene.primitive_of(hit)))
     }
 
     /// The first hit of `closest` that is not hidden, in the part of a ray that the section plane leaves. Behind a hidden triangle

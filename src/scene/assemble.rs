@@ -24,7 +24,7 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 pub(super) const BATCH_SIZE: usize = 1 << 16;
 
 /// Maximum number of triangles: counts have 32 bits, of which nodes and leaves reserve a few values.
-const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
+pub(super) const MAX_TRIANGLES: usize = (u32::MAX - 16) as usize;
 
 /// Kinds of warnings that the refusal of a file without triangles names.
 const SHOWN_REASONS: usize = 3;
@@ -302,6 +302,7 @@ impl Assembly {
         Ok(Scene {
             source: source.clone(),
             triangles: self.triangles,
+            copies: None,
             bounds,
             offset: self.offset,
             subject: bounds,

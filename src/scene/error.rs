@@ -78,7 +78,7 @@ impl LoadError {
     }
 
     /// An error about a file as a whole.
-    pub(super) fn of_file(path: &Path, problem: impl Into<String>, advice: impl Into<String>) -> Self {
+    pub(crate) fn of_file(path: &Path, problem: impl Into<String>, advice: impl Into<String>) -> Self {
         Self::at(path, FileLocation::File, problem, advice)
     }
 

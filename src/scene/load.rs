@@ -34,7 +34,7 @@ pub fn load(source: &SceneSource, options: &LoadOptions, token: &CancelToken) ->
     token.check()?;
     token.set_progress(0.0);
     let mut scene = match source {
-        SceneSource::Builtin { name, size } => builtin::build(name, *size, source, token)?,
+        SceneSource::Builtin { name, size } => builtin::build(name, *size, source, options.instances, token)?,
         SceneSource::File(path) => match FileRow::of(path) {
             Some(row) => sequence::load(&row, source, options, load_file, token)?,
             None => load_file(path, source, options, token)?,

@@ -17,6 +17,9 @@ mod source;
 
 mod model;
 
+#[allow(clippy::arithmetic_side_effects, reason = "numbers of triangles that were added up within 32 bits, and floats")]
+mod scene_copies;
+
 mod file_camera;
 
 mod file_light;
@@ -49,6 +52,14 @@ mod recognise;
 mod offset;
 
 mod assemble;
+
+#[allow(
+    clippy::arithmetic_side_effects,
+    reason = "indices and sizes of lists in memory, which were checked, and vectors"
+)]
+mod flatten;
+
+mod two_levels;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]
 mod smooth;
@@ -94,9 +105,10 @@ pub use model::Scene;
 pub use motion::{Clip, Moment, Motion, Pose};
 pub(crate) use offset::Extent;
 pub use offset::{from_file, to_file};
-pub use options::LoadOptions;
+pub use options::{Instancing, LoadOptions};
 pub(crate) use read::read_file;
 pub use row::FileRow;
+pub use scene_copies::SceneCopies;
 pub use sequence::FRAMES_PER_SECOND;
 pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};

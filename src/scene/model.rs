@@ -14,6 +14,7 @@ use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::motion::{Moment, Motion, Pose};
 use super::offset::to_file;
+use super::scene_copies::SceneCopies;
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
@@ -32,8 +33,11 @@ const LOST: &str = "triangles left out at this moment: coordinates that are not 
 pub struct Scene {
     /// Where the scene was loaded from.
     pub source: SceneSource,
-    /// The triangles, in file order.
+    /// The triangles, in file order. Of a scene of copies, of which the tree consists, one stands for each copy: that across its box.
     pub triangles: Vec<Triangle>,
+    /// The copies of a scene of two levels, whose meshes exist once; `None` for a flat scene. Attributes and materials then are those of the
+    /// meshes' triangles.
+    pub copies: Option<Arc<SceneCopies>>,
     /// Bounding box of all triangles.
     pub bounds: Aabb,
     /// Subtracted from the coordinates of the file, so that models far from the origin keep their decimals; mostly zero.
@@ -88,6 +92,7 @@ impl Scene {
         Self {
             source,
             triangles,
+            copies: None,
             bounds,
             offset: DVec3::ZERO,
             subject: bounds,
@@ -159,6 +164,7 @@ impl Scene {
         let scene = Self {
             source: self.source.clone(),
             triangles: pose.triangles,
+            copies: None,
             bounds,
             subject,
             cameras: self.cameras.clone(),
@@ -202,8 +208,11 @@ impl Scene {
     }
 
     /// How the triangles meet in their edges: whether the surface is closed, manifold and consistently oriented. `None` where that takes
-    /// more memory than there is. The first call takes about a second for a million triangles.
+    /// more memory than there is, and of a scene of copies. The first call takes about a second for a million triangles.
     pub fn compute_edges(&self, token: &CancelToken) -> Result<Option<Edges>, Cancelled> {
+        if self.copies.is_some() {
+            return Ok(None);
+        }
         if let Some(edges) = self.known_edges() {
             return Ok(Some(*edges));
         }
@@ -232,9 +241,46 @@ impl Scene {
         to_file(point, self.offset)
     }
 
-    /// The material of a triangle.
-    pub fn material(&self, triangle_index: u32) -> &Material {
-        let index = self.material_indices.get(triangle_index as usize).copied().unwrap_or(0);
+    /// Number of triangles that rays can hit: of a scene of copies, of all copies.
+    pub fn triangle_count(&self) -> u64 {
+        self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
+    }
+
+    /// The name of what the leaves of the tree hold, of one and of several.
+    pub const fn primitive_names(&self) -> [&'static str; 2] {
+        match self.copies {
+            Some(_) => ["copy", "copies"],
+            None => ["triangle", "triangles"],
+        }
+    }
+
+    /// The triangle that a hit names, in the world.
+    #[inline]
+    pub fn triangle(&self, hit: u32) -> Triangle {
+        self.copies.as_ref().map_or_else(|| self.triangles[hit as usize], |copies| copies.triangle(hit))
+    }
+
+    /// Index of what the tree consists of where a hit names a triangle: of the copy that has it, in a flat scene the triangle itself.
+    #[inline]
+    pub fn primitive_of(&self, hit: u32) -> u32 {
+        self.copies.as_ref().map_or(hit, |copies| copies.copy_of(hit))
+    }
+
+    /// Index of a triangle that a hit names in the lists of attributes and materials.
+    #[inline]
+    pub fn surface_of(&self, hit: u32) -> u32 {
+        self.copies.as_ref().map_or(hit, |copies| copies.in_meshes(hit))
+    }
+
+    /// A normal of a triangle that a hit names, in the world.
+    #[inline]
+    pub fn normal_of(&self, hit: u32, normal: Vec3) -> Vec3 {
+        self.copies.as_ref().map_or(normal, |copies| copies.normal(hit, normal))
+    }
+
+    /// The material of a triangle that a hit names.
+    pub fn material(&self, hit: u32) -> &Material {
+        let index = self.material_indices.get(self.surface_of(hit) as usize).copied().unwrap_or(0);
         &self.materials[index as usize]
     }
 
@@ -255,7 +301,7 @@ impl Scene {
         degrees: f32,
         token: &CancelToken,
     ) -> Result<Option<Arc<CornerNormals>>, Cancelled> {
-        match self.smooth_normals.get(&self.triangles, degrees, token) {
+        match self.smooth_normals.get(self.mesh_triangles(), degrees, token) {
             Ok(normals) => Ok(Some(normals)),
             Err(NoNormals::OverBudget(_)) => Ok(None),
             Err(NoNormals::Cancelled(cancelled)) => Err(cancelled),
@@ -273,12 +319,17 @@ impl Scene {
         if self.has_normals() {
             return;
         }
-        if let Err(error) = SmoothNormals::check(self.triangles.len()) {
+        if let Err(error) = SmoothNormals::check(self.mesh_triangles().len()) {
             self.warnings.add(&format!("models shown with flat triangles: {error}"), || FileLocation::File);
         }
     }
 
-    /// Bytes of triangles, attributes, smooth normals and textures.
+    /// The triangles that attributes and materials are of: those of the meshes of a scene of copies.
+    fn mesh_triangles(&self) -> &[Triangle] {
+        self.copies.as_ref().map_or(&self.triangles, |copies| copies.triangles())
+    }
+
+    /// Bytes of triangles, copies, attributes, smooth normals and textures.
     pub fn bytes(&self) -> usize {
         let attributes = self.attributes.iter().flat_map(|a| {
             [
@@ -298,7 +349,8 @@ impl Scene {
         let own =
             [size_of_val(&self.triangles[..]), size_of_val(&self.material_indices[..]), self.smooth_normals.bytes()];
         let motion = self.motion.as_ref().map(|motion| motion.bytes());
-        own.into_iter().chain(attributes).chain(textures).chain(motion).sum()
+        let copies = self.copies.as_ref().map(|copies| copies.bytes());
+        own.into_iter().chain(attributes).chain(textures).chain(motion).chain(copies).sum()
     }
 }
 

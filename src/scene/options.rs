@@ -9,6 +9,35 @@ pub struct LoadOptions {
     pub scene: Option<usize>,
     /// Frames a second of a row of files, above 0; `None` for [`FRAMES_PER_SECOND`](super::FRAMES_PER_SECOND).
     pub fps: Option<f32>,
+    /// Whether copies of meshes stay copies.
+    pub instances: Instancing,
+}
+
+/// Whether a scene that is made of copies of meshes is flat, with triangles for each copy, or has two levels: each mesh once, and a tree over
+/// the copies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Instancing {
+    /// Flat where that fits into the memory budget.
+    #[default]
+    Auto,
+    /// Flat.
+    Flat,
+    /// Two levels.
+    TwoLevel,
+}
+
+impl Instancing {
+    /// Every one.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Flat, Self::TwoLevel];
+
+    /// The name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Flat => "flat",
+            Self::TwoLevel => "two-level",
+        }
+    }
 }
 
 impl LoadOptions {
@@ -16,7 +45,9 @@ impl LoadOptions {
     pub fn written(&self) -> impl Iterator<Item = (&'static str, Option<String>)> + use<> {
         let scene = self.scene.map(|scene| ("scene", Some(scene.to_string())));
         let fps = self.fps.map(|fps| ("fps", Some(fps.to_string())));
+        let is_stated = self.instances != Instancing::default();
+        let instances = is_stated.then(|| ("instances", Some(self.instances.name().to_owned())));
         let outside = self.allow_outside.then_some(("allow-outside", None));
-        [scene, fps, outside].into_iter().flatten()
+        [scene, fps, instances, outside].into_iter().flatten()
     }
 }

@@ -129,7 +129,7 @@ impl BuiltinScene {
 }
 
 /// Every built-in scene, in menu order.
-pub const BUILTIN_SCENES: [BuiltinScene; 12] = [
+pub const BUILTIN_SCENES: [BuiltinScene; 15] = [
     BuiltinScene {
         name: "teapot",
         label: "Utah teapot",
@@ -183,6 +183,24 @@ pub const BUILTIN_SCENES: [BuiltinScene; 12] = [
         label: "Clustered spheres",
         description: "Dense groups far apart: hard for a regular grid",
         size: Some(("spheres", 1, 240, 20_000)),
+    },
+    BuiltinScene {
+        name: "forest",
+        label: "Forest",
+        description: "Copies of five plants, each of about 2,000 triangles, on hills",
+        size: Some(("plants", 1, 500, 4_000_000)),
+    },
+    BuiltinScene {
+        name: "village",
+        label: "Village",
+        description: "Copies of six houses along streets, on one mesh of ground",
+        size: Some(("houses", 1, 120, 1_000_000)),
+    },
+    BuiltinScene {
+        name: "stack",
+        label: "Stack of crates",
+        description: "Copies of three crates of boards, each turned its own way, some out of true",
+        size: Some(("crates", 1, 217, 1_000_000)),
     },
     BuiltinScene {
         name: "walker",

@@ -4,7 +4,7 @@
 
 use bvhscope::app::state::Presented;
 use bvhscope::camera::Camera;
-use bvhscope::scene::SceneSource;
+use bvhscope::scene::{Instancing, LoadOptions, SceneSource};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, vec2};
 use egui_kittest::kittest::Queryable as _;
 
@@ -29,6 +29,13 @@ pub fn app_in_pixels() -> Window {
 /// The app on any model. With `waits` each frame waits until everything is fresh.
 pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
     greeted(recorded_screen::open(source, size, recorded_screen::COARSE, waits))
+}
+
+/// The app on a scene of copies in two levels.
+pub fn app_of_copies() -> Window {
+    let source = SceneSource::parse("builtin:stack:60".as_ref()).unwrap();
+    let load = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
+    greeted(recorded_screen::open_with(source, load, vec2(1280.0, 860.0), recorded_screen::COARSE, true))
 }
 
 fn teapot() -> SceneSource {

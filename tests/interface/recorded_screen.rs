@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use bvhscope::app::App;
 use bvhscope::app::state::Wanted;
-use bvhscope::scene::SceneSource;
+use bvhscope::scene::{LoadOptions, SceneSource};
 use eframe::App as _;
 use egui::{LayerId, Ui, UiBuilder, Vec2};
 use egui_kittest::Harness;
@@ -41,6 +41,11 @@ impl DerefMut for Screen {
 /// The app on any model with one sample per pixel, of a size in points, with pixels per point, before its first frame is fresh. With
 /// `waits` each frame waits until everything is.
 pub fn open(source: SceneSource, size: Vec2, scale: f32, waits: bool) -> Window {
+    open_with(source, LoadOptions::default(), size, scale, waits)
+}
+
+/// The same of a model that is loaded with `load`.
+pub fn open_with(source: SceneSource, load: LoadOptions, size: Vec2, scale: f32, waits: bool) -> Window {
     let mut wanted = Wanted::new(source);
     wanted.render.samples = 1;
     let render_state = create_render_state(default_wgpu_setup(), egui_wgpu::RendererOptions::PREDICTABLE);
@@ -53,7 +58,7 @@ pub fn open(source: SceneSource, size: Vec2, scale: f32, waits: bool) -> Window 
         move |ctx: &egui::Context| {
             let mut creation = eframe::CreationContext::_new_kittest(ctx.clone());
             creation.wgpu_render_state = Some(render_state);
-            made.set(Some(App::new_for_test(&creation, wanted, waits).unwrap()));
+            made.set(Some(App::new_for_test(&creation, wanted, load, waits).unwrap()));
         }
     };
     let draw = move |ui: &mut Ui, screen: &mut Screen| {

@@ -189,7 +189,7 @@ pub fn builder(bytes: &[u8]) {
     bvhscope_engine::tree::validate::validate(&accel.tree, &scene.triangles).expect("a valid tree");
     let stats = &accel.report.stats;
     assert!(stats.sah_cost.is_finite() && stats.mean_leaf_depth.is_finite(), "{stats:?}");
-    assert!(accel.epo(None, &CancelToken::new()).is_ok_and(|epo| epo.value.is_finite()));
+    assert!(accel.epo(None, &CancelToken::new()).is_ok_and(|epo| epo.is_some_and(|epo| epo.value.is_finite())));
 }
 
 /// All hits of `rays`, and the points nearest to their origins, are those that the one leaf of `scan` has.

@@ -7,6 +7,7 @@
 mod support;
 
 mod any_arity;
+mod copies;
 mod counts;
 mod cut_pictures;
 mod golden_formats;

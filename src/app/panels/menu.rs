@@ -134,7 +134,10 @@ fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
     let source = state.model.loaded.as_ref().map_or(&state.wanted.source, |scene| &scene.source);
     let mut text = format::elide_middle(&source.label(), 48);
     if let Some(scene) = &state.model.loaded {
-        text = format!("{text} · {}", format::counted(scene.triangles.len() as u64, "triangle"));
+        text = format!("{text} · {}", format::counted(scene.triangle_count(), "triangle"));
+        if scene.copies.is_some() {
+            text = format!("{text} in {} copies", format::count(scene.triangles.len() as u64));
+        }
     }
     let font = egui::TextStyle::Body.resolve(ui.style());
     let galley = ui.painter().layout_no_wrap(text, font, theme::palette(ui).dim);

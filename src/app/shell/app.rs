@@ -24,7 +24,7 @@ use crate::app::{commands, panels, studies, theme, views};
 use crate::console::note;
 use crate::overlay::OverlayPipeline;
 use crate::render::Background;
-use crate::scene::SceneSource;
+use crate::scene::{LoadOptions, SceneSource};
 use crate::text::shown_path;
 use crate::view::CameraChoice;
 
@@ -136,11 +136,14 @@ impl App {
     pub fn new_for_test(
         context: &eframe::CreationContext<'_>,
         wanted: Wanted,
+        load: LoadOptions,
         waits_until_idle: bool,
     ) -> std::io::Result<Self> {
         let mut state = AppState::new(wanted, Preferences::default());
         state.views = views::states();
+        state.model.load_options = load.clone();
         let mut app = Self::with_state(context, state)?;
+        app.reconciler.set_load_options(load, None, false);
         app.waits_until_idle = waits_until_idle;
         // Tests of these readings switch them on.
         app.state.model.derived.at_rest.is_off = true;

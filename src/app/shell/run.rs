@@ -114,11 +114,13 @@ fn restart_arguments(given: impl Iterator<Item = OsString>, has_settings: bool) 
     let mut arguments = vec![OsString::from("--restore")];
     while let Some(argument) = given.next() {
         let text = argument.to_string_lossy();
-        if text == "--allow-outside" || text.starts_with("--memory-limit=") || text.starts_with("--scene=") {
+        let is_kept = |flag: &str| text == flag || text.strip_prefix(flag).is_some_and(|rest| rest.starts_with('='));
+        if text == "--allow-outside" {
             arguments.push(argument);
-        } else if text == "--memory-limit" || text == "--scene" {
+        } else if ["--memory-limit", "--scene", "--fps", "--instances"].into_iter().any(is_kept) {
+            let has_value = text.contains('=');
             arguments.push(argument);
-            arguments.extend(given.next());
+            arguments.extend(if has_value { None } else { given.next() });
         }
     }
     arguments
@@ -206,6 +208,7 @@ mod tests {
         let given = "model.obj --shading depth --memory-limit 4GB --scene 1 --allow-outside --lose-device";
         assert_eq!(arguments(given, true), "--restore --memory-limit 4GB --scene 1 --allow-outside");
         assert_eq!(arguments("--memory-limit=50%", true), "--restore --memory-limit=50%");
+        assert_eq!(arguments("a.obj --instances flat --fps=12 --seed 1", true), "--restore --instances flat --fps=12");
         assert_eq!(
             arguments(&format!("{given} --no-config"), false),
             "model.obj --shading depth --memory-limit 4GB --scene 1 --allow-outside --no-config"

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use crate::accel::Accel;
-use crate::accel::tracer::Tracer as _;
 use crate::app::state::study::Study;
 use crate::ray_file::{RayFileError, RaySet};
 use crate::text::shown_path;

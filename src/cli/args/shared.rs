@@ -10,6 +10,7 @@ use crate::catalog::settings::{OPTIMIZE, SETTINGS};
 use crate::cli::named::{help, named};
 use crate::cli::values;
 use crate::lab::motion::MAX_FRAMES;
+use crate::scene::Instancing;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 
@@ -49,6 +50,9 @@ pub struct LoadArgs {
     /// Frames a second of a row of numbered files, as walk_####.obj for walk_0001.obj and so on [default: 24]
     #[arg(long, value_name = "N", value_parser = values::fps)]
     pub fps: Option<f32>,
+    /// Whether copies of meshes stay copies, in a tree of two levels [default: auto, if the flat scene does not fit into memory]
+    #[arg(long, value_name = "auto|flat|two-level", value_parser = named::<Instancing>)]
+    pub instances: Option<Instancing>,
     /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
     #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
     pub memory_limit: Option<MemoryLimit>,

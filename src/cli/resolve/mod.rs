@@ -246,7 +246,7 @@ mod tests {
     use crate::colors::ColorMap;
     use crate::overlay::{ColorBy, ContainerSet};
     use crate::render::{Background, Exposure, HeatKind, Light, NormalSource, Shading};
-    use crate::scene::LoadOptions;
+    use crate::scene::{Instancing, LoadOptions};
     use crate::section::SectionPlane;
     use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
@@ -293,7 +293,8 @@ mod tests {
         state.selection.nodes.hidden.extend([3, 8]);
         state.selection.nodes.isolated = Some(2);
         state.preferences.show_geometry = false;
-        state.model.load_options = LoadOptions { allow_outside: true, scene: Some(1), fps: Some(30.0) };
+        state.model.load_options =
+            LoadOptions { allow_outside: true, scene: Some(1), fps: Some(30.0), instances: Instancing::TwoLevel };
         let line = command_line(&state);
         let cli = Cli::try_parse_from(line.split(' ')).unwrap_or_else(|error| panic!("{line}\n{error}"));
         let Some(CommandArgs::Render(args)) = cli.command else { panic!("{line} does not render") };

@@ -22,7 +22,8 @@ pub fn threads(requested: Option<usize>) -> usize {
 }
 
 pub fn load(args: &LoadArgs) -> LoadOptions {
-    LoadOptions { allow_outside: args.allow_outside, scene: args.scene, fps: args.fps }
+    let instances = args.instances.unwrap_or_default();
+    LoadOptions { allow_outside: args.allow_outside, scene: args.scene, fps: args.fps, instances }
 }
 
 /// The error message for passes over the tree of a file that would move its nodes, if there are any.

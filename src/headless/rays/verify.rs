@@ -11,7 +11,7 @@ use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::console::{note, printable_json, printable_lines};
 use crate::export::Protected;
-use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
+use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader, in_pool, needs_triangles};
 use crate::headless::measure::of_job;
 use crate::headless::progress::Progress;
 use crate::headless::ray_input::{note_skipped, of_ray_file};
@@ -30,6 +30,7 @@ pub(super) fn run(
     (scene, read): (&Arc<Scene>, &Protected),
     context: &mut Context<'_>,
 ) -> Result<Finished, Failure> {
+    needs_triangles(scene, "rays --verify")?;
     let token = &context.token.clone();
     let progress = Progress::new("Reading rays", token);
     let sampled = Sampled::read(path, sample.rays(scene.triangles.len()), scene, token);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::break_even::FrameCost;
-use crate::accel::{Accel, Follow};
+use crate::accel::{Accel, Follow, WeightedRay};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
 use crate::lab::measure::{LabError, turns};
@@ -20,6 +20,8 @@ use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
+use bvhscope_engine::tree::visits::measure_weighted_visits;
+use bvhscope_engine::with_tree;
 use bvhscope_engine::{AnyTree, BuildError, TreeStats, WideBvh};
 
 /// Frames at most.
@@ -275,7 +277,10 @@ impl Traced<'_> {
         let rays = self.plan.rays.iter().zip(lists);
         let sums = rays.map(|(rays, known)| {
             let list = self.list(rays, known, token)?;
-            Ok(rays.visits(self.scene, self.tree, &triangles, &list, token)?.sums)
+            let trace = |count: u32, ray: WeightedRay<'_>, token: &CancelToken| {
+                with_tree!(self.tree, tree => measure_weighted_visits(tree, &triangles, count, ray, token))
+            };
+            Ok(rays.visits(self.scene, self.tree, &trace, &list, token)?.sums)
         });
         sums.collect()
     }

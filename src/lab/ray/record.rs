@@ -36,7 +36,7 @@ pub fn record(
         Ok(ray) => picture.visible().cut(ray),
         Err(reason) => return Ok(Err(reason)),
     };
-    let is_wide = request.method == RayMethod::Wide;
+    let is_wide = request.method_in(accel) == RayMethod::Wide;
     // All hits are sought in it whatever the traversal.
     accel.widen(token)?;
     if !is_wide {
@@ -49,7 +49,7 @@ pub fn record(
         token.check_every(HEAVY_STEPS, index)?;
         steps.push(spans.follow(index, what, counts));
     }
-    let nearest = nearest.map(|hit| (hit.t, hit.primitive_index));
+    let nearest = nearest.map(|hit| (hit.t, accel.scene.primitive_of(hit.primitive_index)));
     let hit = if request.ends_at_any_hit() { any_hit(&steps) } else { nearest };
     let lines = recorder.lines.as_mut().map(LineProbe::take);
     let Recorder { counts, omitted, .. } = recorder;
@@ -60,18 +60,19 @@ pub fn record(
 /// All hits of `ray`, without those on hidden triangles.
 fn crossings(picture: &RenderRequest, ray: &Ray) -> Crossings {
     let mut hits = Vec::new();
-    let has_more = picture.accel.wide().tree.all_hits(picture.settings.simd.level(), ray, MOST_HITS, &mut hits);
+    let has_more = picture.accel.tracer(picture.settings.simd).all_hits(ray, MOST_HITS, &mut hits);
     hits.retain(|hit| !picture.visible().is_hidden(hit.primitive_index));
-    Crossings::new(&hits, has_more, ray.direction, &picture.accel.scene.triangles)
+    Crossings::new(&hits, has_more, ray.direction, |hit| picture.accel.scene.triangle(hit))
 }
 
 /// Traces `ray` and records it. Returns the nearest hit too, where that is looked for.
 fn traced<'a>(picture: &'a RenderRequest, request: &RayRequest, ray: Ray) -> (Recorder<'a>, Option<Hit>) {
     let accel = &*picture.accel;
     let level = picture.settings.simd.level();
-    let mut recorder = Recorder::new((request.method == RayMethod::Wide).then(|| &accel.wide().tree));
+    let method = request.method_in(accel);
+    let mut recorder = Recorder::new((method == RayMethod::Wide).then(|| &accel.wide().tree));
     if request.ends_at_any_hit() {
-        match request.method {
+        match method {
             RayMethod::Binary(_) => accel.any_hit_with(&ray, &mut recorder),
             RayMethod::Wide => accel.wide().tree.any_hit_with(level, &ray, &mut recorder),
         };
@@ -79,7 +80,7 @@ fn traced<'a>(picture: &'a RenderRequest, request: &RayRequest, ray: Ray) -> (Re
     }
     let nearest = picture.visible().first(ray, |rest| {
         recorder.begin(rest.t_min);
-        match request.method {
+        match method {
             RayMethod::Binary(traversal) => accel.closest_hit_with(rest, traversal, &mut recorder),
             RayMethod::Wide => accel.wide().tree.closest_hit_with(level, rest, &mut recorder),
         }

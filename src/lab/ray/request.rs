@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::render::{RayKind, RayStart, RenderSettings};
 use crate::visibility::TriangleSet;
@@ -62,6 +63,15 @@ pub struct RayRequest {
 }
 
 impl RayRequest {
+    /// How it is traced: a wide tree of a scene of copies leads to trees that it does not show.
+    pub(super) fn method_in(&self, accel: &Accel) -> RayMethod {
+        if accel.levels().is_some() && self.method == RayMethod::Wide {
+            RayMethod::Binary(Traversal::Ordered)
+        } else {
+            self.method
+        }
+    }
+
     /// The first hit ends the ray. Behind hidden triangles pictures look for the nearest.
     pub(super) fn ends_at_any_hit(&self) -> bool {
         self.kind.ends_at_any_hit() && self.method != RayMethod::Binary(Traversal::Paper) && self.hidden.is_none()

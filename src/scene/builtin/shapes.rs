@@ -12,6 +12,11 @@ use bvhscope_engine::geometry::Triangle;
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
+    /// The numbers of one of many things, which do not depend on those of the others.
+    pub(super) fn of(seed: u64, index: usize) -> Self {
+        Self(seed << 48 | (index as u64) << 8)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -68,7 +68,7 @@ fn height(x: f32, z: f32) -> f32 {
 }
 
 /// Value noise: random values in 0..1 at integer coordinates with smooth interpolation.
-fn noise(x: f32, z: f32, seed: u32) -> f32 {
+pub(super) fn noise(x: f32, z: f32, seed: u32) -> f32 {
     let (fx, fz) = (x.floor(), z.floor());
     let smooth = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (u, v) = (smooth(x - fx), smooth(z - fz));

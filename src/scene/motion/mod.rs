@@ -23,7 +23,7 @@ pub(super) use curve::{Curve, Interpolation};
 pub(super) use pose::Mover;
 pub use pose::{Moment, Pose};
 pub(super) use rig::{Local, Part, Rig, RigNode, RigSkin, Target, Track};
-pub(super) use shape::{Hold, MorphTarget, Shape, Vertices, share};
+pub(super) use shape::{Columns, Hold, MorphTarget, Shape, Vertices, columns, scale_of, share, turned, turned_tangent};
 
 /// Names of clips that a message lists.
 const LISTED: usize = 12;

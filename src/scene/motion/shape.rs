@@ -47,11 +47,11 @@ pub(in crate::scene) struct Vertices<'a> {
 }
 
 /// Columns of an affine transform.
-type Columns = [Vec3A; 4];
+pub(in crate::scene) type Columns = [Vec3A; 4];
 
 /// The columns of a matrix.
 #[inline]
-fn columns(matrix: &Mat4) -> Columns {
+pub(in crate::scene) fn columns(matrix: &Mat4) -> Columns {
     [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis].map(Vec3A::from_vec4)
 }
 
@@ -64,7 +64,7 @@ fn moved([x, y, z, w]: Columns, point: Vec3) -> Vec3 {
 /// A normal turned by a transform: by its cofactors, which are the inverse transpose up to a factor and also exist for singular
 /// transforms. `scale` keeps their products within the range of single precision.
 #[inline]
-fn turned([x, y, z, _]: Columns, scale: f32, normal: Vec3) -> Vec3 {
+pub(in crate::scene) fn turned([x, y, z, _]: Columns, scale: f32, normal: Vec3) -> Vec3 {
     let [x, y, z] = [x * scale, y * scale, z * scale];
     let [yz, zx, xy] = [y.cross(z), z.cross(x), x.cross(y)];
     let turned = yz * normal.x + zx * normal.y + xy * normal.z;
@@ -73,13 +73,13 @@ fn turned([x, y, z, _]: Columns, scale: f32, normal: Vec3) -> Vec3 {
 }
 
 /// A tangent turned and stretched with the surface, of unit length; its bitangent is mirrored with it. Zero where that has no direction.
-fn turned_tangent([x, y, z, _]: Columns, tangent: Vec4) -> Vec4 {
+pub(in crate::scene) fn turned_tangent([x, y, z, _]: Columns, tangent: Vec4) -> Vec4 {
     let turned = x * tangent.x + y * tangent.y + z * tangent.z;
     direction(turned.into()).unwrap_or_default().extend(tangent.w * 1.0_f32.copysign(x.dot(y.cross(z))))
 }
 
 /// The reciprocal of the largest element of the linear parts of `transforms`.
-fn scale_of(transforms: &[Mat4]) -> f32 {
+pub(in crate::scene) fn scale_of(transforms: &[Mat4]) -> f32 {
     let elements = transforms.iter().flat_map(|m| [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.truncate().abs()));
     1.0 / elements.fold(f32::MIN_POSITIVE, |most, axis| most.max(axis.max_element())).min(f32::MAX)
 }

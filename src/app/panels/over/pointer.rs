@@ -47,8 +47,10 @@ pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
         facts.push(text);
     }
     match hover.primitive {
-        Some(triangle) => {
-            facts.push(format!("triangle {}", format::count(u64::from(triangle))));
+        Some(primitive) => {
+            let [name, _] =
+                state.model.presented.as_ref().map_or(["triangle"; 2], |shown| shown.accel.scene.primitive_names());
+            facts.push(format!("{name} {}", format::count(u64::from(primitive))));
             facts.push(format!("distance {}", format::significant(f64::from(hover.distance))));
         }
         None => facts.push("background".to_owned()),

@@ -26,7 +26,8 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         other_row(ui, state);
     } else {
         let color = crate::app::theme::palette(ui).dim;
-        let text = "Click the model to select a triangle with its leaf, or Alt+Down for the root";
+        let [name, _] = first.accel.scene.primitive_names();
+        let text = format!("Click the model to select a {name} with its leaf, or Alt+Down for the root");
         ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
     }
     ui.add_space(4.0);
@@ -102,10 +103,18 @@ fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
 /// Facts about the selected node.
 #[expect(clippy::too_many_lines, reason = "a list of rows")]
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
-    let table = &shown.table;
+    let (table, scene) = (&shown.table, &shown.accel.scene);
+    let [one, several] = scene.primitive_names().map(format::capital);
     if let Some(picked) = &state.selection.picked {
-        let triangle = format::count(u64::from(picked.primitive));
-        statistic(ui, state, &Statistic::new("Triangle", triangle).tip("Its index in the file, from 0"));
+        let primitive = format::count(u64::from(picked.primitive));
+        let tip =
+            if scene.copies.is_some() { "Its index among the copies, from 0" } else { "Its index in the file, from 0" };
+        let of_mesh = scene.copies.as_ref().map(|copies| copies.copies().mesh(picked.primitive));
+        statistic(ui, state, &Statistic::new(&one, primitive).tip(tip));
+        if let Some(mesh) = of_mesh {
+            let tip = "Index of the mesh that it is a copy of, from 0";
+            statistic(ui, state, &Statistic::new("Mesh", mesh.to_string()).tip(tip));
+        }
     }
     let index = Statistic::new("Node", format::count(u64::from(node))).tip("Its index in the tree");
     statistic(ui, state, &index.term(&terms::NODE));
@@ -121,9 +130,9 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(&terms::NODE));
     }
     let primitives = table.known_primitives(node);
-    let tip = "Triangles below this node";
+    let below = format!("{several} below");
     let count = primitives.map_or_else(|| "…".to_owned(), |count| format::count(u64::from(count)));
-    statistic(ui, state, &Statistic::new("Triangles below", count).tip(tip));
+    statistic(ui, state, &Statistic::new(&below, count).tip(format!("{below} this node")));
     match table.container_kind() {
         ContainerKind::Aabb => {
             let extent = table.node_box(node).extent();

@@ -13,6 +13,7 @@ use crate::app::state::comparison::{Comparison, Verdict};
 use crate::app::state::{AppState, Derived, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
+use crate::budget::format_bytes;
 use crate::catalog::numbers::{Direction, NUMBERS, Number, Section};
 use crate::catalog::terms;
 use crate::scene::Scene;
@@ -75,7 +76,14 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
     }
     let extent = scene.bounds.extent();
     let size = [extent.x, extent.y, extent.z].map(|side| format::significant(f64::from(side))).join(" × ");
-    statistic(ui, state, &Statistic::new("Triangles", format::count(scene.triangles.len() as u64)));
+    statistic(ui, state, &Statistic::new("Triangles", format::count(scene.triangle_count())));
+    if let Some(copies) = &scene.copies {
+        let [own, flat] = [scene.bytes() as u64, copies.flat_bytes()].map(format_bytes);
+        let tip = format!(
+            "Copies of the meshes, of which the tree consists; below each is the tree of its mesh. In memory: {own}, flat {flat}"
+        );
+        statistic(ui, state, &Statistic::new("Copies", format::count(scene.triangles.len() as u64)).tip(tip));
+    }
     statistic(ui, state, &Statistic::new("Size", size).tip("Sides of the box around everything, in the file's unit"));
     if scene.offset != glam::DVec3::ZERO {
         let offset = scene.offset.to_array().map(|number| number.to_string()).join(", ");
@@ -104,6 +112,9 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
 
 /// Whether the surface of the scene is closed, manifold and consistently oriented.
 fn surface_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
+    if scene.copies.is_some() {
+        return;
+    }
     let edges = scene.known_edges();
     let is_large = scene.triangles.len() > Derived::MOST_EDGES_AT_ONCE && !state.model.derived.counts_edges;
     if edges.is_none() && is_large {

@@ -101,7 +101,7 @@ impl View for NodesView {
 impl NodesView {
     /// Shows the outline: the tree as rows that unfold. Only the rows in view are laid out.
     fn outline(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        heading(ui);
+        heading(ui, shown.accel.scene.primitive_names()[1]);
         let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
         self.outline.follow(&shown.accel, &shown.table);
         let revealed = selected.and_then(|node| self.outline.reveal(node, &shown.table));
@@ -143,7 +143,7 @@ impl NodesView {
 }
 
 /// The names of the columns.
-fn heading(ui: &mut Ui) {
+fn heading(ui: &mut Ui, several: &str) {
     let palette = theme::palette(ui);
     let text = |text: &str| RichText::new(text).color(palette.dim);
     ui.horizontal(|ui| {
@@ -152,7 +152,7 @@ fn heading(ui: &mut Ui) {
             ui.add_space(16.0);
             ui.label(text("area")).tip("Surface area relative to the root's");
             ui.add_space(24.0);
-            ui.label(text("triangles")).tip("Triangles below the node");
+            ui.label(text(several)).tip(format!("{} below the node", format::capital(several)));
         });
     });
 }

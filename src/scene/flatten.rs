@@ -1,0 +1,373 @@
+//! Scenes made of copies of meshes, and their flat form, in which every copy has triangles of its own.
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::{Mat4, Vec3};
+
+use super::assemble::{BATCH_SIZE, MAX_TRIANGLES};
+use super::attributes::Attributes;
+use super::error::LoadError;
+use super::model::Scene;
+use super::motion::{Columns, columns, scale_of, turned, turned_tangent};
+use super::source::SceneSource;
+use crate::budget::Budget;
+use bvhscope_engine::Placed;
+use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
+use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
+use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
+
+/// Elements of a flat list between two entries of [`Layout::coarse`]: few copies to step over, and a small table.
+const COARSE: usize = 64;
+
+/// Bytes that a triangle of a flat scene takes with its tree, roughly: that the scene fits does not help where its tree does not.
+const TREE_BYTES_PER_TRIANGLE: u64 = 300;
+
+/// Copies of the meshes of a scene that has every mesh once, in its own coordinates: the *prototypes*.
+#[derive(Debug, Clone)]
+pub struct PlacedMeshes {
+    /// The triangles of each mesh, in the lists of the prototypes.
+    pub meshes: Vec<Range<u32>>,
+    /// The copies: which mesh each one is of, and where it stands.
+    pub placed: Vec<Placed>,
+}
+
+impl PlacedMeshes {
+    /// Number of triangles of all copies: those of the flat scene.
+    pub fn triangle_count(&self) -> u64 {
+        total(&self.meshes, &self.placed)
+    }
+}
+
+/// The flat scene of copies of meshes: copy by copy, the triangles of each in the order of its mesh.
+///
+/// Corners are those of [`Placement::triangle`] in the order of the mesh, mirrored copies too, so that rays find the very hits that they
+/// find in a tree of two levels. Normals are turned by the inverse transpose and keep their front; surfaces take their outside from
+/// normals where there are any, so that only mirrored triangles without normals are seen from their backs, which matters to normal maps
+/// alone.
+///
+/// # Errors
+///
+/// Before anything is made, if the triangles exceed the memory budget or their indices 32 bits. Also for a copy that [`Placement::new`]
+/// refuses, and once `token` is cancelled.
+pub(super) fn flatten(
+    prototypes: &Scene,
+    copies: &PlacedMeshes,
+    source: &SceneSource,
+    token: &CancelToken,
+) -> Result<Scene, LoadError> {
+    let path = source.path().map_or_else(|| source.to_string().into(), Path::to_path_buf);
+    let placed = &copies.placed;
+    let vertices = vertex_ranges(prototypes, &copies.meshes, token)?;
+    let counts = [copies.triangle_count(), total(&vertices, placed)];
+    check_size(prototypes, counts, Budget::of_process(), &path)?;
+    let places = places(prototypes, copies, &path, token)?;
+    let layout = Layout::new(&copies.meshes, placed, token)?;
+    let triangles =
+        layout.spread(&prototypes.triangles, None, token, |copy, triangle| places[copy].triangle(triangle))?;
+    token.set_progress(0.4);
+    let of_batch = |batch: &[Triangle], _: &CancelToken| {
+        Ok(batch.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds())))
+    };
+    let boxes = par_tasks(triangles.chunks(BATCH_SIZE), token, of_batch)?;
+    let bounds = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+    let material_indices = layout.copied(&prototypes.material_indices, None, token)?;
+    token.set_progress(0.6);
+    let attributes = match &prototypes.attributes {
+        Some(attributes) => Some(flat_attributes(attributes, &layout, &vertices, token)?),
+        None => None,
+    };
+    token.set_progress(1.0);
+    Ok(Scene {
+        triangles,
+        bounds,
+        subject: bounds,
+        up: prototypes.up,
+        attributes,
+        material_indices: material_indices.into(),
+        materials: prototypes.materials.clone(),
+        textures: prototypes.textures.clone(),
+        mesh_count: placed.len(),
+        ..Scene::from_triangles(source.clone(), Vec::new())
+    })
+}
+
+/// Bytes of the flat scene, and whether it and a tree of its triangles fit into the memory budget.
+pub(super) fn flat_size(
+    prototypes: &Scene,
+    copies: &PlacedMeshes,
+    token: &CancelToken,
+) -> Result<(u64, bool), Cancelled> {
+    let counts = [copies.triangle_count(), total(&vertex_ranges(prototypes, &copies.meshes, token)?, &copies.placed)];
+    let tree = Budget::of_process().check("the tree", counts[0].saturating_mul(TREE_BYTES_PER_TRIANGLE));
+    let fits = tree.is_ok() && check_size(prototypes, counts, Budget::of_process(), Path::new("")).is_ok();
+    Ok((flat_bytes(prototypes, counts), fits))
+}
+
+/// The sum of the lengths of `ranges` over the copies.
+fn total(ranges: &[Range<u32>], placed: &[Placed]) -> u64 {
+    placed.iter().map(|copy| ranges[copy.mesh as usize].len() as u64).sum()
+}
+
+/// The vertices of each mesh; none of one without attributes. Vertex 0, which has default attributes, is shared by all.
+fn vertex_ranges(prototypes: &Scene, meshes: &[Range<u32>], token: &CancelToken) -> Result<Vec<Range<u32>>, Cancelled> {
+    let Some(Attributes { corners, .. }) = &prototypes.attributes else { return Ok(vec![0..0; meshes.len()]) };
+    let range = |mesh: &Range<u32>| {
+        let (mut start, mut end) = (u32::MAX, 0);
+        for batch in corners[mesh.start as usize..mesh.end as usize].chunks(BATCH_SIZE) {
+            token.check()?;
+            for &corner in batch.as_flattened().iter().filter(|&&corner| corner != 0) {
+                (start, end) = (start.min(corner), end.max(corner + 1));
+            }
+        }
+        Ok(start.min(end)..end)
+    };
+    meshes.iter().map(range).collect()
+}
+
+/// Checks that a flat scene of so many triangles and vertices fits into the budget and into indices of 32 bits.
+fn check_size(prototypes: &Scene, counts: [u64; 2], budget: Budget, path: &Path) -> Result<(), LoadError> {
+    let bytes = flat_bytes(prototypes, counts);
+    budget.check("the triangles of all copies", bytes).map_err(|error| LoadError::over_budget(path, &error))?;
+    for (count, kind) in counts.into_iter().zip(["triangles", "vertices"]) {
+        if count > MAX_TRIANGLES as u64 {
+            let problem = format!("its copies have {count} {kind}, and {MAX_TRIANGLES} are the most there may be");
+            return Err(LoadError::of_file(path, problem, "take fewer copies, or load it with --instances two-level"));
+        }
+    }
+    Ok(())
+}
+
+/// Bytes of so many triangles and vertices with the attributes that the prototypes have.
+fn flat_bytes(prototypes: &Scene, [triangles, vertices]: [u64; 2]) -> u64 {
+    fn item<T>(list: &[T]) -> usize {
+        if list.is_empty() { 0 } else { size_of::<T>() }
+    }
+    let (mut per_triangle, mut per_vertex) = (size_of::<Triangle>() + item(&prototypes.material_indices), 0);
+    if let Some(Attributes { normals, uvs, tangents, uvs2, colors, alphas, .. }) = &prototypes.attributes {
+        per_triangle += size_of::<[u32; 3]>();
+        per_vertex = item(normals) + item(uvs) + item(tangents) + item(uvs2) + item(colors) + item(alphas);
+    }
+    triangles.saturating_mul(per_triangle as u64).saturating_add(vertices.saturating_mul(per_vertex as u64))
+}
+
+/// Where each copy stands.
+fn places(
+    prototypes: &Scene,
+    copies: &PlacedMeshes,
+    path: &Path,
+    token: &CancelToken,
+) -> Result<Vec<Placement>, LoadError> {
+    let bounds = |mesh: &Range<u32>| {
+        let mut bounds = Aabb::EMPTY;
+        for batch in prototypes.triangles[mesh.start as usize..mesh.end as usize].chunks(BATCH_SIZE) {
+            token.check()?;
+            bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
+        }
+        Ok(bounds)
+    };
+    let bounds = copies.meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
+    let mut places = Vec::with_capacity(copies.placed.len());
+    for (index, copy) in copies.placed.iter().enumerate() {
+        token.check_every(MEDIUM_STEPS, index)?;
+        places.push(Placement::new(&copy.transform, &bounds[copy.mesh as usize]).map_err(|why| {
+            LoadError::of_file(path, format!("copy {index} cannot be placed: {why}"), "leave it out")
+        })?);
+    }
+    Ok(places)
+}
+
+/// The attributes of all copies; `vertices` are those of each mesh.
+fn flat_attributes(
+    attributes: &Attributes,
+    triangles: &Layout<'_>,
+    vertices: &[Range<u32>],
+    token: &CancelToken,
+) -> Result<Attributes, Cancelled> {
+    let placed = triangles.placed;
+    let layout = Layout::new(vertices, placed, token)?;
+    let transforms = par_collect(placed.len(), token, |copy| {
+        let matrix = Mat4::from(placed[copy].transform);
+        (columns(&matrix), scale_of(&[matrix]))
+    })?;
+    let corner = |copy: usize, corner: u32| {
+        if corner == 0 { 0 } else { layout.starts[copy] + 1 + (corner - vertices[placed[copy].mesh as usize].start) }
+    };
+    let corners =
+        triangles.spread(&attributes.corners, None, token, |copy, corners| corners.map(|at| corner(copy, at)))?;
+    let of = |copy: usize| -> (Columns, f32) { transforms[copy] };
+    let normals = layout.spread(&attributes.normals, Some(Vec3::ZERO), token, |copy, normal| {
+        let (columns, scale) = of(copy);
+        turned(columns, scale, *normal)
+    })?;
+    let tangents = attributes.tangents.first().copied();
+    let tangents =
+        layout.spread(&attributes.tangents, tangents, token, |copy, tangent| turned_tangent(of(copy).0, *tangent))?;
+    Ok(Attributes {
+        corners: corners.into(),
+        normals,
+        tangents,
+        uvs: layout.copied(&attributes.uvs, attributes.uvs.first(), token)?.into(),
+        uvs2: layout.copied(&attributes.uvs2, attributes.uvs2.first(), token)?.into(),
+        colors: layout.copied(&attributes.colors, attributes.colors.first(), token)?.into(),
+        alphas: layout.copied(&attributes.alphas, attributes.alphas.first(), token)?.into(),
+    })
+}
+
+/// Which copy each element of a flat list belongs to.
+struct Layout<'a> {
+    /// The elements of each mesh in the list of the prototypes.
+    ranges: &'a [Range<u32>],
+    placed: &'a [Placed],
+    /// Index of the first element of each copy, and the number of all.
+    starts: Vec<u32>,
+    /// The copy of every [`COARSE`]-th element.
+    coarse: Vec<u32>,
+}
+
+impl<'a> Layout<'a> {
+    /// The sum of the lengths must fit into 32 bits.
+    fn new(ranges: &'a [Range<u32>], placed: &'a [Placed], token: &CancelToken) -> Result<Self, Cancelled> {
+        let (mut starts, mut coarse, mut end) = (Vec::with_capacity(placed.len() + 1), Vec::new(), 0);
+        starts.push(0);
+        for (copy, Placed { mesh, .. }) in placed.iter().enumerate() {
+            token.check_every(MEDIUM_STEPS, copy)?;
+            end += ranges[*mesh as usize].len() as u32;
+            starts.push(end);
+            coarse.resize((end as usize).div_ceil(COARSE), copy as u32);
+        }
+        Ok(Self { ranges, placed, starts, coarse })
+    }
+
+    /// The flat list that `of` makes of the elements of `list`, with their copies; empty if `list` is. `first` comes before all.
+    fn spread<T: Sync, R: Copy + Send + Sync>(
+        &self,
+        list: &[T],
+        first: Option<R>,
+        token: &CancelToken,
+        of: impl Fn(usize, &T) -> R + Sync,
+    ) -> Result<Vec<R>, Cancelled> {
+        let total = self.starts[self.placed.len()] as usize;
+        if list.is_empty() {
+            return Ok(Vec::new());
+        }
+        let at = |index: usize| {
+            let mut copy = self.coarse[index / COARSE] as usize;
+            while self.starts[copy + 1] as usize <= index {
+                copy += 1;
+            }
+            let element =
+                self.ranges[self.placed[copy].mesh as usize].start as usize + index - self.starts[copy] as usize;
+            of(copy, &list[element])
+        };
+        match first {
+            None => par_collect(total, token, at),
+            Some(first) => par_collect(total + 1, token, |index| index.checked_sub(1).map_or(first, at)),
+        }
+    }
+
+    /// [`Layout::spread`] of elements that are the same in every copy.
+    fn copied<T: Copy + Send + Sync>(
+        &self,
+        list: &[T],
+        first: Option<&T>,
+        token: &CancelToken,
+    ) -> Result<Vec<T>, Cancelled> {
+        self.spread(list, first.copied(), token, |_, element| *element)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use glam::{Affine3A, EulerRot, Quat};
+
+    use super::*;
+    use crate::budget::MemoryLimit;
+    use crate::scene::assemble::{Assembly, VertexLists};
+    use crate::scene::error::FileLocation;
+    use crate::scene::material::Material;
+
+    /// An octahedron with normals and colours, and a triangle without.
+    fn prototypes() -> (Scene, Vec<Range<u32>>) {
+        let token = CancelToken::new();
+        let mut assembly = Assembly::new();
+        assembly.materials = vec![Material::clay(), Material { name: "bare".to_owned(), ..Material::clay() }];
+        let points = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+        let colors = points.map(|point| point * 0.5 + 0.5);
+        let lists = VertexLists { normals: points.to_vec(), colors: colors.to_vec(), ..VertexLists::default() };
+        let bare = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+        assembly.push(bare, None, 1, || FileLocation::File);
+        let first = assembly.add_vertices(6, &lists, &token).unwrap().unwrap();
+        for corners in [[0, 1, 2], [1, 0, 5], [3, 1, 5], [1, 3, 2], [4, 0, 2], [0, 4, 5], [4, 3, 5], [3, 4, 2]] {
+            let [a, b, c] = corners.map(|corner| points[corner]);
+            let corners = corners.map(|corner| first + corner as u32);
+            assembly.push(Triangle { a, b, c }, Some(corners), 0, || FileLocation::File);
+        }
+        (assembly.finish(&SceneSource::default_builtin(), Vec3::Y, &token).unwrap(), vec![0..1, 1..9])
+    }
+
+    fn flat(placed: Vec<Placed>) -> (Scene, Scene) {
+        let (scene, meshes) = prototypes();
+        let flat = flatten(&scene, &PlacedMeshes { meshes, placed }, &scene.source, &CancelToken::new()).unwrap();
+        (scene, flat)
+    }
+
+    #[test]
+    fn attributes_follow_their_copies_and_fronts_stay_in_front() {
+        let turn = Quat::from_euler(EulerRot::XYZ, 0.4, -1.1, 2.0);
+        let scales = [Vec3::ONE, Vec3::new(-1.0, 3.0, 0.2), Vec3::new(1e-4, -1e-4, -2e-4), Vec3::new(-5e3, -1e3, -1e3)];
+        let transforms =
+            scales.map(|scale| Affine3A::from_scale_rotation_translation(scale, turn, Vec3::new(3.0, -2.0, 7.0)));
+        let placed = transforms.iter().flat_map(|&transform| [1, 0].map(|mesh| Placed { mesh, transform }));
+        let (scene, flat) = flat(placed.collect());
+        assert_eq!(flat.triangles.len(), 4 * 9);
+        assert_eq!(flat.mesh_count, 8);
+        assert_eq!(flat.materials, scene.materials);
+        let [of_meshes, of_copies] = [&scene, &flat].map(|scene| scene.attributes.as_ref().unwrap());
+        assert_eq!(of_copies.normals.len(), 1 + 4 * 6);
+        for (copy, transform) in transforms.iter().enumerate() {
+            for index in 0..8 {
+                let (at, from) = (9 * copy + index, 1 + index);
+                let normals = of_copies.corners[at].map(|corner| of_copies.normals[corner as usize]);
+                let triangle = &flat.triangles[at];
+                for (corner, normal) in [triangle.a, triangle.b, triangle.c].into_iter().zip(normals) {
+                    let out = corner - Vec3::from(transform.translation);
+                    assert!(normal.is_normalized() && normal.dot(out) > 0.0, "copy {copy}: {normal} at {out}");
+                }
+                for (own, of_mesh) in of_copies.corners[at].into_iter().zip(of_meshes.corners[from]) {
+                    assert_eq!(of_copies.colors[own as usize], of_meshes.colors[of_mesh as usize]);
+                }
+                assert_eq!(flat.material_indices[at], 0);
+            }
+            assert_eq!((of_copies.corners[9 * copy + 8], flat.material_indices[9 * copy + 8]), ([0; 3], 1));
+        }
+        assert_eq!((of_copies.normals[0], of_copies.colors[0]), (Vec3::ZERO, Vec3::ONE));
+    }
+
+    #[test]
+    fn a_copy_without_a_place_is_refused_by_its_index() {
+        let (scene, meshes) = prototypes();
+        let placed = [Vec3::ONE, Vec3::new(1.0, 0.0, 1.0)].map(Affine3A::from_scale);
+        let placed = placed.map(|transform| Placed { mesh: 1, transform }).to_vec();
+        let error = flatten(&scene, &PlacedMeshes { meshes, placed }, &scene.source, &CancelToken::new()).unwrap_err();
+        assert!(error.to_string().contains("copy 1 cannot be placed: its transform is singular"), "{error}");
+    }
+
+    #[test]
+    fn flat_scenes_beyond_the_budget_or_32_bits_are_refused() {
+        let (scene, _) = prototypes();
+        let check = |counts: [u64; 2], limit: u64| {
+            let limit = Budget::limited(MemoryLimit::Bytes(limit));
+            check_size(&scene, counts, limit, Path::new("builtin:forest:4")).map_err(|error| error.to_string())
+        };
+        assert_eq!(check([1_000_000, 500_000], 1 << 40), Ok(()));
+        // A triangle takes 36 bytes, its corners 12, its material 4; a vertex has a normal and a colour, 24 bytes.
+        let error = check([10_000_000_000, 20_000_000_000], 1 << 30).unwrap_err();
+        assert!(error.starts_with("builtin:forest:4: the triangles of all copies would need about 1.0"), "{error}");
+        let error = check([4_300_000_000, 3], u64::MAX).unwrap_err();
+        assert!(error.contains("its copies have 4300000000 triangles, and 4294967279 are the most"), "{error}");
+        let error = check([3, 4_300_000_000], u64::MAX).unwrap_err();
+        assert!(error.contains("vertices"), "{error}");
+    }
+}

@@ -1,0 +1,181 @@
+//! Copies of meshes in a scene of two levels, whose triangles exist once a mesh.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::cancel::{CancelToken, MEDIUM_STEPS};
+use bvhscope_engine::geometry::{Aabb, Triangle};
+use bvhscope_engine::kernel::parallel::par_tasks;
+use bvhscope_engine::{Copies, Placed};
+
+/// Largest number of triangles of all copies, which have indices of 32 bits as those of a flat scene.
+const MOST_TRIANGLES: u64 = u32::MAX as u64 - 16;
+/// Copies in a task.
+const COPIES_PER_TASK: usize = 1 << 14;
+
+/// The copies of a scene of two levels, and the triangles of its meshes. All copies' triangles are numbered copy by copy, as the flat scene
+/// has them: a hit names one by that number.
+#[derive(Debug)]
+pub struct SceneCopies {
+    /// The triangles of each mesh in its own coordinates, one mesh after the other.
+    triangles: Vec<Triangle>,
+    /// The triangles of each mesh; none is without.
+    meshes: Vec<Range<u32>>,
+    copies: Arc<Copies>,
+    /// The number of the first triangle of each copy, and behind them that of all.
+    firsts: Vec<u32>,
+    /// Bytes that the flat scene would have.
+    flat_bytes: u64,
+}
+
+impl SceneCopies {
+    /// `placed` copies of `meshes`, of which each has at least one of `triangles`; flat they would take `flat_bytes`.
+    ///
+    /// # Errors
+    ///
+    /// [`BuildError::Cancelled`] once `token` is cancelled. [`BuildError::Refused`] for transforms that [`Copies::new`] refuses, and for more
+    /// than 2³² triangles in all.
+    pub fn new(
+        triangles: Vec<Triangle>,
+        meshes: Vec<Range<u32>>,
+        placed: &[Placed],
+        flat_bytes: u64,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let of = |mesh: &Range<u32>| &triangles[mesh.start as usize..mesh.end as usize];
+        let bounds: Vec<Aabb> = meshes.iter().map(|mesh| around(of(mesh))).collect();
+        let copies = Arc::new(Copies::new(&bounds, placed, token)?);
+        let (mut firsts, mut all) = (Vec::with_capacity(placed.len() + 1), 0);
+        for (index, copy) in placed.iter().enumerate() {
+            token.check_every(MEDIUM_STEPS, index)?;
+            firsts.push(all as u32);
+            all += meshes[copy.mesh as usize].len() as u64;
+            if all > MOST_TRIANGLES {
+                return Err(BuildError::Refused(format!(
+                    "the copies have more than {MOST_TRIANGLES} triangles in all"
+                )));
+            }
+        }
+        firsts.push(all as u32);
+        Ok(Self { triangles, meshes, copies, firsts, flat_bytes })
+    }
+
+    /// Number of triangles of all copies.
+    pub fn triangle_count(&self) -> u64 {
+        u64::from(self.firsts.last().copied().unwrap_or_default())
+    }
+
+    /// Where the copies stand.
+    pub fn copies(&self) -> &Arc<Copies> {
+        &self.copies
+    }
+
+    /// Bytes that the flat scene would have.
+    pub fn flat_bytes(&self) -> u64 {
+        self.flat_bytes
+    }
+
+    /// Number of meshes.
+    pub fn mesh_count(&self) -> usize {
+        self.meshes.len()
+    }
+
+    /// The triangles of all meshes, one mesh after the other.
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    /// The triangles of a mesh.
+    pub fn mesh(&self, mesh: u32) -> &[Triangle] {
+        let Range { start, end } = self.meshes[mesh as usize];
+        &self.triangles[start as usize..end as usize]
+    }
+
+    /// The number of a triangle of a copy, from its number in the mesh.
+    pub fn number(&self, copy: u32, triangle: u32) -> u32 {
+        self.firsts[copy as usize] + triangle
+    }
+
+    /// The copy that has the triangle of a number.
+    pub fn copy_of(&self, number: u32) -> u32 {
+        self.firsts.partition_point(|&first| first <= number).saturating_sub(1) as u32
+    }
+
+    /// Index of the triangle of a number among those of all meshes.
+    pub fn in_meshes(&self, number: u32) -> u32 {
+        let copy = self.copy_of(number);
+        number - self.firsts[copy as usize] + self.meshes[self.copies.mesh(copy) as usize].start
+    }
+
+    /// The triangle of a number in the world.
+    pub fn triangle(&self, number: u32) -> Triangle {
+        self.copies.place(self.copy_of(number)).triangle(&self.triangles[self.in_meshes(number) as usize])
+    }
+
+    /// A normal of the mesh that has the triangle of a number, in the world: of unit length, or zero as it is.
+    pub fn normal(&self, number: u32, normal: Vec3) -> Vec3 {
+        self.copies.place(self.copy_of(number)).normal(normal).normalize_or_zero()
+    }
+
+    /// The triangle across a box around each copy. The tree over them is that over the copies; the boxes lie closer around copies that are
+    /// turned than the turned boxes of their meshes, as they are around the parts of a mesh in each octant of its box.
+    pub fn stand_ins(&self, token: &CancelToken) -> Result<Vec<Triangle>, BuildError> {
+        let octants: Vec<Vec<Aabb>> = (0..self.meshes.len() as u32).map(|mesh| octants(self.mesh(mesh))).collect();
+        let tasks = (0..self.copies.len()).step_by(COPIES_PER_TASK);
+        let parts = par_tasks(tasks, token, |first, _| {
+            let of_task = first..self.copies.len().min(first + COPIES_PER_TASK);
+            let stand_in = |copy: u32| {
+                let place = self.copies.place(copy);
+                let parts = octants[self.copies.mesh(copy) as usize].iter();
+                Triangle::across(&parts.fold(Aabb::EMPTY, |all, part| all.union(&place.bounds(part))))
+            };
+            Ok(of_task.map(|copy| stand_in(copy as u32)).collect::<Vec<_>>())
+        })?;
+        Ok(parts.concat())
+    }
+
+    /// The box around all triangles, which is that of the flat scene. Of the copies, which lie within the boxes of `stand_ins`, those alone
+    /// are looked at that may reach farthest.
+    pub(super) fn bounds(&self, stand_ins: &[Triangle]) -> Aabb {
+        let farthest = |reach: &dyn Fn(&Aabb) -> f32| {
+            let exact = |copy: usize| {
+                let place = self.copies.place(copy as u32);
+                let triangles = self.mesh(self.copies.mesh(copy as u32)).iter();
+                triangles.map(|triangle| reach(&place.triangle(triangle).bounds())).fold(f32::NEG_INFINITY, f32::max)
+            };
+            let reaches = || stand_ins.iter().map(|stand_in| reach(&stand_in.bounds())).enumerate();
+            // That of the farthest box first, so that few others are looked at.
+            let first =
+                reaches().max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(f32::NEG_INFINITY, |(copy, _)| exact(copy));
+            reaches().fold(first, |most, (copy, reach)| if reach > most { most.max(exact(copy)) } else { most })
+        };
+        let axes = [0, 1, 2];
+        let min = axes.map(|axis| -farthest(&|bounds| -bounds.min[axis]));
+        let max = axes.map(|axis| farthest(&|bounds| bounds.max[axis]));
+        Aabb { min: min.into(), max: max.into() }
+    }
+
+    /// Bytes of triangles and copies.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.triangles[..]) + self.copies.bytes() + size_of_val(&self.firsts[..])
+    }
+}
+
+fn around(triangles: &[Triangle]) -> Aabb {
+    triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds()))
+}
+
+/// Boxes around the triangles whose boxes' centres lie in each octant of the box around all.
+fn octants(triangles: &[Triangle]) -> Vec<Aabb> {
+    let center = around(triangles).center();
+    let mut octants = [Aabb::EMPTY; 8];
+    for triangle in triangles {
+        let bounds = triangle.bounds();
+        let octant = bounds.center().cmpgt(center).bitmask() as usize;
+        octants[octant] = octants[octant].union(&bounds);
+    }
+    octants.into_iter().filter(|octant| !octant.is_empty()).collect()
+}

@@ -1,0 +1,63 @@
+//! A scene of copies in two levels.
+
+use bvhscope::app::commands::Action;
+use bvhscope::app::state::Severity;
+use bvhscope::render::{Frame, Shading};
+use bvhscope_engine::tree::ContainerKind;
+use egui_kittest::kittest::Queryable as _;
+
+use crate::harness::{Window, app_of_copies, click, presented, settle, viewport};
+
+fn errors(harness: &Window) -> Vec<String> {
+    let open = harness.state().state.messages.open.iter();
+    open.filter(|message| message.severity == Severity::Error).map(|message| message.text.clone()).collect()
+}
+
+#[test]
+fn a_click_selects_a_copy_and_hiding_it_shows_what_is_behind() {
+    let mut harness = app_of_copies();
+    assert_eq!(presented(&harness).accel.scene.triangles.len(), 61, "crates and their ground");
+    let at = viewport(&harness).center();
+    click(&mut harness, at);
+    settle(&mut harness);
+    let picked = |harness: &Window| harness.state().state.selection.picked.as_ref().map(|picked| picked.primitive);
+    let first = picked(&harness).expect("a copy is picked");
+    assert!(first < 61, "{first}");
+    assert!(harness.query_by_label_contains("Copies below").is_some(), "the selection speaks of copies");
+    assert!(harness.query_by_label_contains("Triangles below").is_none());
+    harness.state_mut().state.wanted.overlay.hide_triangles = true;
+    Action::HideSelected.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    click(&mut harness, at);
+    settle(&mut harness);
+    assert_ne!(picked(&harness), Some(first), "the hidden copy lets rays pass");
+}
+
+#[test]
+fn every_view_and_shading_answers() {
+    let mut harness = app_of_copies();
+    for view in ["Merges", "Icicle", "Ray", "Nodes", "Plots", "Paper", "Motion"] {
+        harness.state_mut().state.preferences.dock.show(view);
+        settle(&mut harness);
+        assert_eq!(errors(&harness), [""; 0], "{view}");
+    }
+    for shading in Shading::ALL {
+        harness.state_mut().state.wanted.render.shading = shading;
+        settle(&mut harness);
+        let presented = presented(&harness);
+        assert_eq!(presented.frame.settings.shading, shading);
+        let values = presented.frame.values.iter().filter(|value| **value > 0.0 && **value < Frame::NO_HIT);
+        assert!(!shading.has_values() || values.count() > 100, "{shading:?}");
+    }
+    assert_eq!(errors(&harness), [""; 0]);
+}
+
+#[test]
+fn spheres_are_refused_and_the_tree_of_boxes_stays() {
+    let mut harness = app_of_copies();
+    let state = &mut harness.state_mut().state;
+    state.wanted.build = state.wanted.build.for_container(ContainerKind::Sphere);
+    settle(&mut harness);
+    assert!(errors(&harness).iter().any(|text| text.contains("not spheres")), "{:?}", errors(&harness));
+    assert_eq!(presented(&harness).accel.tree.container_kind(), ContainerKind::Aabb);
+}

@@ -1,0 +1,136 @@
+//! Scenes of copies in two levels beside their flat scenes: the very hits, and pictures that differ by the rounding of normals alone.
+
+use std::sync::Arc;
+
+use bvhscope::accel::Accel;
+use bvhscope::accel::tracer::{CountedQuery, Counting};
+use bvhscope::render::{NormalSource, RayKind, RenderRequest, RenderSettings, Shading, rays_of_picture, render};
+use bvhscope::scene::{Instancing, LoadOptions, SceneSource, load};
+use bvhscope::view::NamedView;
+use bvhscope_engine::geometry::Ray;
+use bvhscope_engine::settings::{BuildSettings, Pass};
+use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
+use bvhscope_engine::{BuildError, CancelToken, ContainerKind, SimdLevel};
+use glam::Vec3;
+
+/// The scene flat and in two levels.
+fn both(name: &str) -> [Arc<Accel>; 2] {
+    [Instancing::Flat, Instancing::TwoLevel].map(|instances| {
+        let options = LoadOptions { instances, ..LoadOptions::default() };
+        let token = CancelToken::new();
+        let scene = Arc::new(load(&SceneSource::parse(name.as_ref()).unwrap(), &options, &token).unwrap());
+        assert_eq!(scene.copies.is_some(), instances == Instancing::TwoLevel);
+        let accel = Accel::build(&scene, &BuildSettings::default(), &token).unwrap();
+        accel.compute_leaf_triangles(&token).unwrap();
+        Arc::new(accel)
+    })
+}
+
+fn picture(accel: &Arc<Accel>, camera_of: &Accel, shading: Shading) -> RenderRequest {
+    let camera = NamedView::Default.camera(&camera_of.scene, camera_of.scene.up);
+    let settings = RenderSettings { shading, normals: NormalSource::File, ..RenderSettings::default() };
+    RenderRequest::new(accel, camera, settings, [96, 64])
+}
+
+const SCENES: [&str; 3] = ["builtin:forest:30", "builtin:village:25", "builtin:stack:80"];
+
+#[test]
+fn rays_find_what_they_find_in_the_flat_scene() {
+    for name in SCENES {
+        let [flat, copies] = both(name);
+        assert_eq!(flat.scene.triangle_count(), copies.scene.triangle_count());
+        assert_eq!(flat.scene.bounds, copies.scene.bounds, "{name}");
+        let token = CancelToken::new();
+        let kinds = [RayKind::Primary, RayKind::Bounce];
+        let lists = kinds.map(|kind| rays_of_picture(&picture(&flat, &flat, Shading::Depth), kind, &token).unwrap());
+        let rays: Vec<Ray> = lists.concat();
+        let [of_flat, of_copies] = [&flat, &copies].map(|accel| accel.tracer(SimdLevel::best()));
+        let (mut expected, mut found) = (vec![None; rays.len()], vec![None; rays.len()]);
+        of_flat.nearest(&rays, &mut expected);
+        of_copies.nearest(&rays, &mut found);
+        assert_eq!(found, expected, "{name}");
+        assert!(expected.iter().flatten().count() * 20 > rays.len(), "{name}: few hits");
+        let (mut expected_blocked, mut blocked) = (vec![false; rays.len()], vec![false; rays.len()]);
+        of_flat.blocked(&rays, &mut expected_blocked);
+        of_copies.blocked(&rays, &mut blocked);
+        assert_eq!(blocked, expected_blocked, "{name}");
+        for (index, ray) in rays.iter().enumerate().step_by(37) {
+            let [mut hits, mut of_list] = [Vec::new(), Vec::new()];
+            let has_more = [of_flat.all_hits(ray, 5, &mut hits), of_copies.all_hits(ray, 5, &mut of_list)];
+            assert!(hits == of_list && has_more[0] == has_more[1], "{name}: {ray:?}");
+            let point = ray.at(0.1 * index as f32 / rays.len() as f32);
+            assert_eq!(of_copies.closest_point(point), of_flat.closest_point(point), "{name}: {point}");
+        }
+        for counting in [Counting::Nothing, Counting::Tests, Counting::Steps, Counting::Lines, Counting::WholeRay] {
+            for traversal in Traversal::ALL {
+                let mut counted = vec![(None, TestCounts::default()); rays.len()];
+                of_copies.counted(&rays, CountedQuery { counting, traversal, passes: &|_| false }, &mut counted);
+                assert!(counted.iter().map(|(hit, _)| hit).eq(&expected), "{name}, {counting:?}, {traversal:?}");
+                let tests: u64 = counted.iter().map(|(_, tests)| tests.containers).sum();
+                assert_eq!(tests > 0, counting != Counting::Nothing, "{name}, {counting:?}");
+            }
+        }
+        // A hidden copy lets rays pass, wherever its triangles are.
+        let hidden = copies.scene.primitive_of(expected.iter().flatten().next().unwrap().primitive_index);
+        let passes = &|hit| copies.scene.primitive_of(hit) == hidden;
+        let query = CountedQuery { counting: Counting::Nothing, traversal: Traversal::Ordered, passes };
+        let mut lists = [of_flat, of_copies].map(|tracer| {
+            let mut counted = vec![(None, TestCounts::default()); rays.len()];
+            tracer.counted(&rays, query, &mut counted);
+            counted
+        });
+        let [flat, copies] = &mut lists;
+        assert!(flat == copies && flat.iter().map(|(hit, _)| hit).ne(&expected), "{name}");
+    }
+}
+
+#[test]
+fn pictures_are_those_of_the_flat_scene() {
+    for name in SCENES {
+        let [flat, copies] = both(name);
+        for shading in [Shading::Lit, Shading::Normals, Shading::Depth, Shading::Clusters] {
+            let frames = [&flat, &copies]
+                .map(|accel| render(&picture(accel, &flat, shading), &CancelToken::new(), &|_| ()).unwrap());
+            let [expected, found] = frames.each_ref().map(|frame| &frame.rgba);
+            let differing =
+                expected.iter().zip(found).filter(|(a, b)| a.iter().zip(b.iter()).any(|(a, b)| a.abs_diff(*b) > 2));
+            // The colours of clusters are those of copies.
+            let (differing, all) = (differing.count(), expected.len());
+            assert!(
+                shading == Shading::Clusters || differing * 200 <= all,
+                "{name}, {shading:?}: {differing} of {all}"
+            );
+        }
+    }
+}
+
+#[test]
+fn settings_that_need_triangles_are_refused_by_name() {
+    let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
+    let source = SceneSource::parse("builtin:stack:5".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &options, &CancelToken::new()).unwrap());
+    let refused = |settings: BuildSettings| match Accel::build(&scene, &settings, &CancelToken::new()) {
+        Err(BuildError::Refused(text)) => text,
+        other => panic!("{other:?}"),
+    };
+    let spheres = BuildSettings { container: ContainerKind::Sphere, ..BuildSettings::default() };
+    assert!(refused(spheres).contains("not spheres") && refused(spheres).contains("--instances flat"));
+    let mut split = BuildSettings::default();
+    split.optimize = split.optimize.with(Pass::Split);
+    assert!(refused(split).contains("'split'"), "{}", refused(split));
+}
+
+#[test]
+fn normals_of_turned_and_mirrored_copies_stay_perpendicular() {
+    let [flat, copies] = both("builtin:village:40");
+    let scene = &copies.scene;
+    let all = 0..u32::try_from(scene.triangle_count()).unwrap();
+    for number in all.step_by(101) {
+        assert_eq!(scene.triangle(number), flat.scene.triangles[number as usize]);
+        let own = scene.copies.as_ref().unwrap();
+        let [inside, world] = [own.triangles()[scene.surface_of(number) as usize], scene.triangle(number)];
+        let normal = scene.normal_of(number, inside.scaled_normal().normalize_or_zero());
+        let cosine = |edge: Vec3| normal.dot(edge.normalize_or_zero()).abs();
+        assert!(cosine(world.b - world.a) < 1e-4 && cosine(world.c - world.a) < 1e-4, "{number}");
+    }
+}
