@@ -8,7 +8,9 @@ pub mod followed;
 pub mod node_values;
 mod read;
 mod reading;
+mod trace;
 pub mod tracer;
+mod two_levels;
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::{Duration, Instant};
@@ -20,24 +22,21 @@ use bvhscope_engine::fingerprint;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
 use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::traverse::{Probe, Traversal};
-use bvhscope_engine::tree::visits::{RayQuery, Visits, measure_weighted_visits};
+use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
     AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
-    SimdLevel, Triangle, WideBvh,
+    Triangle, WideBvh,
 };
 
 use crate::budget::Budget;
 use crate::catalog::reading::{EnteringReading, Times};
 use crate::scene::Scene;
 
-use copy_tracer::CopyTracer;
-pub use copy_tracer::TwoLevels;
 pub use file_tree::FileTree;
 pub use follow::Follow;
-use tracer::{Tracer, TreeTracer};
+pub use two_levels::TwoLevels;
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
@@ -283,22 +282,9 @@ impl Accel {
         }
     }
 
-    /// The tracer of a SIMD level: the wide tree if it has been made, see [`Accel::widen`], else the binary one; of a scene of copies, both
-    /// levels.
-    pub fn tracer(&self, simd: SimdLevel) -> Box<dyn Tracer + '_> {
-        match self.copy_tracer() {
-            Some(tracer) => Box::new(tracer),
-            None => Box::new(TreeTracer::new(self, simd)),
-        }
-    }
-
     /// Both levels of a scene of copies; `None` for a flat scene.
     pub fn levels(&self) -> Option<&TwoLevels> {
         self.levels.as_ref()
-    }
-
-    fn copy_tracer(&self) -> Option<CopyTracer<'_>> {
-        self.levels.as_ref().map(|levels| CopyTracer::new(levels, &self.tree))
     }
 
     /// Whether the tree follows a moving model and was built at another moment.
@@ -460,22 +446,6 @@ impl Accel {
         self.wide().closest_hits(rays, hits);
     }
 
-    /// The same hit through the tree as it is, in the order of `traversal` and observed by `probe`.
-    pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
-        match self.copy_tracer() {
-            Some(tracer) => tracer.closest(ray, traversal, probe),
-            None => self.tree.closest_hit(self.leaf_triangles(), ray, traversal, probe),
-        }
-    }
-
-    /// Whether anything lies on `ray`, through the tree as it is and observed by `probe`.
-    pub fn any_hit_with<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
-        match self.copy_tracer() {
-            Some(tracer) => tracer.binary().any_hit(ray, probe),
-            None => self.tree.any_hit(self.leaf_triangles(), ray, probe),
-        }
-    }
-
     /// Whether anything lies on `ray` between its `t_min` and `t_max`.
     pub fn any_hit(&self, ray: &Ray) -> bool {
         self.wide().any_hit(ray)
@@ -485,16 +455,6 @@ impl Accel {
     /// [`Bvh::any_hits`](bvhscope_engine::Bvh::any_hits).
     pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
         self.wide().any_hits(rays, blocked);
-    }
-
-    /// Traces a number of rays through the binary tree and counts the visits of each node, in the calling thread's rayon pool; of a scene of
-    /// copies, those of the tree over the copies.
-    pub fn visits(&self, count: u32, ray: WeightedRay<'_>, token: &CancelToken) -> Result<Visits, Cancelled> {
-        if let Some(tracer) = self.copy_tracer() {
-            return tracer.binary().measure_weighted_visits(count, ray, token);
-        }
-        let triangles = self.compute_leaf_triangles(token)?;
-        with_tree!(&self.tree, tree => measure_weighted_visits(tree, triangles, count, ray, token))
     }
 
     /// Indices of the nodes from the root to the leaf that holds the triangle `primitive_index`. Empty where there is no such

@@ -1,47 +1,15 @@
-//! The trees of a scene of copies: one of each mesh beside the one over the copies, and the tracer through both levels.
-
-use std::sync::Arc;
+//! The tracer through both levels of a scene of copies.
 
 use bvhscope_engine::geometry::{Aabb, Hit, Ray, Triangle};
 use bvhscope_engine::query::ClosestPoint;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
-use bvhscope_engine::{
-    AnyTree, BinaryLevels, BuildError, BuildSettings, CancelToken, InstanceHit, Instances, MeshCopies, WideBvh, build,
-};
+use bvhscope_engine::{AnyTree, BinaryLevels, InstanceHit};
 use glam::Vec3;
 
 use super::tracer::{CountedQuery, Counting, Entered, Tracer, count_each, first_that_counts};
-use crate::scene::SceneCopies;
-
-/// Both levels of a scene of copies.
-#[derive(Debug)]
-pub struct TwoLevels {
-    scene: Arc<SceneCopies>,
-    /// With wide trees.
-    wide: Instances,
-}
-
-impl TwoLevels {
-    /// Builds the trees of the meshes below `top`, the wide tree over the copies, with the settings of that.
-    pub(super) fn build(
-        scene: &Arc<SceneCopies>,
-        top: &Arc<WideBvh>,
-        settings: &BuildSettings,
-        token: &CancelToken,
-    ) -> Result<Self, BuildError> {
-        let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
-        let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
-        let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
-        Ok(Self { scene: Arc::clone(scene), wide: Instances::over(Arc::new(copies), Arc::clone(top)) })
-    }
-
-    /// The wide trees.
-    pub fn wide(&self) -> &Instances {
-        &self.wide
-    }
-}
+use super::two_levels::TwoLevels;
 
 /// Rays through both levels, of which `top` is the tree over the copies.
 pub(super) struct CopyTracer<'a> {

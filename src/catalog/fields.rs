@@ -109,6 +109,8 @@ const OWN: [(&str, &[Field]); 6] = [
     (
         "Of `info`",
         &[
+            ("copies", "Number of copies of the meshes in a scene of two levels; absent for a flat scene"),
+            ("flat_bytes", "Bytes that the flat scene of these copies would have; absent for a flat scene"),
             ("meshes", "Number of meshes of the file"),
             ("materials", "Number of materials"),
             ("textures", "Number of images"),

@@ -55,7 +55,7 @@ pub fn diagnose_scene(scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>
 
 fn diagnose_within(budget: Budget, scene: &Scene, token: &CancelToken) -> Result<Vec<Finding>, Cancelled> {
     if scene.copies.is_some() {
-        // What the tree consists of are copies, of which nothing here holds.
+        // The tree consists of copies, and all of the following is about triangles.
         return Ok(Vec::new());
     }
     let triangles = &scene.triangles;

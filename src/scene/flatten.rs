@@ -364,7 +364,10 @@ mod tests {
         assert_eq!(check([1_000_000, 500_000], 1 << 40), Ok(()));
         // A triangle takes 36 bytes, its corners 12, its material 4; a vertex has a normal and a colour, 24 bytes.
         let error = check([10_000_000_000, 20_000_000_000], 1 << 30).unwrap_err();
-        assert!(error.starts_with("builtin:forest:4: the triangles of all copies would need about 1.0"), "{error}");
+        assert!(
+            error.starts_with("builtin:forest:4: the triangles of all copies would need about 1000.0 GB"),
+            "{error}"
+        );
         let error = check([4_300_000_000, 3], u64::MAX).unwrap_err();
         assert!(error.contains("its copies have 4300000000 triangles, and 4294967279 are the most"), "{error}");
         let error = check([3, 4_300_000_000], u64::MAX).unwrap_err();

@@ -53,10 +53,7 @@ mod offset;
 
 mod assemble;
 
-#[allow(
-    clippy::arithmetic_side_effects,
-    reason = "indices and sizes of lists in memory, which were checked, and vectors"
-)]
+#[allow(clippy::arithmetic_side_effects, reason = "sizes of lists in memory, which were checked, and vectors")]
 mod flatten;
 
 mod two_levels;

@@ -14,7 +14,6 @@ mod panel;
 mod recorded_screen;
 
 mod app;
-mod copies;
 mod cut_controls;
 mod dock;
 mod interaction;
@@ -27,6 +26,7 @@ mod opened_trees;
 mod panels;
 mod plots;
 mod ray_view;
+mod scene_of_copies;
 mod shared_state;
 mod shortcuts;
 mod two_trees;

@@ -22,6 +22,7 @@ use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::settings::{BuildSettings, Pass};
+use bvhscope_engine::tree::ContainerKind;
 
 /// The rails from a model to a picture: load, build, render; and one that builds the second tree.
 pub(crate) struct Reconciler {
@@ -385,7 +386,9 @@ impl Reconciler {
         } else {
             let text = format!("This tree cannot be built: {reason}. AAC builds it instead");
             state.messages.notify(Severity::Warning, text);
-            state.wanted.build = BuildSettings { container: state.wanted.build.container, ..BuildSettings::default() };
+            let has_copies = state.model.loaded.as_ref().is_some_and(|scene| scene.copies.is_some());
+            let container = if has_copies { ContainerKind::Aabb } else { state.wanted.build.container };
+            state.wanted.build = BuildSettings { container, ..BuildSettings::default() };
             (state.wanted.moment, state.wanted.follow) = (None, Follow::default());
         }
     }

@@ -10,7 +10,7 @@ use crate::scene::assemble::Assembly;
 use crate::scene::material::Material;
 
 /// Upper bound of the number of triangles of all houses and the street together.
-pub(super) const MAX_TRIANGLES: usize = 6_000;
+pub(super) const MAX_TRIANGLES: usize = 8_000;
 
 /// Names and colours of the materials, from index 1 on, in the order of the constants below.
 const COLORS: [(&str, [f32; 3]); 17] = [

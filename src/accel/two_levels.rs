@@ -1,0 +1,35 @@
+//! The trees of a scene of copies: one of each mesh below the one over the copies.
+
+use std::sync::Arc;
+
+use bvhscope_engine::{BuildError, BuildSettings, CancelToken, Instances, MeshCopies, WideBvh, build};
+
+use crate::scene::SceneCopies;
+
+/// Both levels of a scene of copies.
+#[derive(Debug)]
+pub struct TwoLevels {
+    pub(super) scene: Arc<SceneCopies>,
+    /// With wide trees.
+    pub(super) wide: Instances,
+}
+
+impl TwoLevels {
+    /// Builds the trees of the meshes below `top`, the wide tree over the copies, with the settings of that.
+    pub(super) fn build(
+        scene: &Arc<SceneCopies>,
+        top: &Arc<WideBvh>,
+        settings: &BuildSettings,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
+        let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
+        let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
+        Ok(Self { scene: Arc::clone(scene), wide: Instances::over(Arc::new(copies), Arc::clone(top)) })
+    }
+
+    /// The wide trees.
+    pub fn wide(&self) -> &Instances {
+        &self.wide
+    }
+}
