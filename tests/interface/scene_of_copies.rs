@@ -3,7 +3,6 @@
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::Severity;
 use bvhscope::render::{Frame, Shading};
-use bvhscope::scene::SceneSource;
 use bvhscope_engine::tree::ContainerKind;
 use egui_kittest::kittest::Queryable as _;
 
@@ -63,13 +62,4 @@ fn spheres_are_refused_and_the_tree_of_boxes_stays() {
         |harness: &Window, what: &str| harness.state().state.messages.open.iter().any(|one| one.text.contains(what));
     assert!(said(&harness, "copies have boxes, not spheres") && said(&harness, "The present tree stays"));
     assert_eq!(presented(&harness).accel.tree.container_kind(), ContainerKind::Aabb);
-    // Of another model there is no present tree.
-    let state = &mut harness.state_mut().state;
-    state.messages.open.clear();
-    state.wanted.build = state.wanted.build.for_container(ContainerKind::Sphere);
-    state.wanted.source = SceneSource::parse("builtin:stack:30".as_ref()).unwrap();
-    settle(&mut harness);
-    assert!(said(&harness, "copies have boxes, not spheres") && said(&harness, "AAC builds it instead"));
-    let accel = presented(&harness).accel;
-    assert_eq!((accel.scene.triangles.len(), accel.tree.container_kind()), (31, ContainerKind::Aabb));
 }

@@ -20,7 +20,7 @@ use crate::with_tree;
 
 /// Copies of meshes in a tree of two levels: one hierarchy for each mesh, however many copies it has, and one over the copies.
 ///
-/// Rays find the very hits that they find in the flat scene whose triangles [`Placement::triangle`] makes, copy by copy: the same
+/// Rays find the very hits that they find in the flat scene whose triangles [`Placement::triangle`](crate::geometry::Placement::triangle) makes, copy by copy: the same
 /// triangle, distance and weights, bit for bit. Boxes are tested in the coordinates of the mesh, widened by the derived bound of what
 /// rounding moves there (docs/containers.md, "Copies of meshes"), triangles in the world, with the corners that the flat scene has.
 ///

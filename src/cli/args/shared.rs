@@ -50,8 +50,8 @@ pub struct LoadArgs {
     /// Frames a second of a row of numbered files, as walk_####.obj for walk_0001.obj and so on [default: 24]
     #[arg(long, value_name = "N", value_parser = values::fps)]
     pub fps: Option<f32>,
-    /// Whether copies of meshes stay copies, in a tree of two levels [default: auto, if the flat scene does not fit into memory]
-    #[arg(long, value_name = "auto|flat|two-level", value_parser = named::<Instancing>)]
+    /// A scene of copies of meshes: flat, two-level, or auto, which is flat where that fits into memory [default: auto]
+    #[arg(long, value_name = "NAME", value_parser = named::<Instancing>)]
     pub instances: Option<Instancing>,
     /// Memory that the program may use, as 4GB, 500MB or 50% of what is available [default: 75%]
     #[arg(long, value_name = "SIZE|PERCENT", value_parser = values::memory)]
