@@ -1,8 +1,8 @@
 //! How often the verdicts over measured times are right on this machine: a tree is built and traced in turn with the same tree built
-//! again, and with one of another threshold, a hundred times each. Run it as well while other programs load the machine:
+//! again, and with one of another threshold and reduction, a hundred times each. Run it as well while other programs load the machine:
 //!
 //! ```text
-//! cargo run --release --example verdicts -- [MODEL [THRESHOLD [ROUNDS]]]
+//! cargo run --release --example verdicts -- [MODEL [THRESHOLD [ROUNDS [EPSILON]]]]
 //! ```
 
 use std::cmp::Ordering;
@@ -28,11 +28,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model = arguments.next().unwrap_or_else(|| "builtin:teapot".to_owned());
     let threshold = arguments.next().map_or(Ok(30), |text| text.parse())?;
     let rounds = arguments.next().map_or(Ok(51), |text| text.parse())?;
+    let epsilon = arguments.next().map(|text| text.parse()).transpose()?.unwrap_or(BuildSettings::default().epsilon);
     let source = SceneSource::parse(model.as_ref())?;
     let scene = std::sync::Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new())?);
     let subject = Subject { model, scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
     let base = BuildSettings::default();
-    for (name, other) in [("itself", base), ("another threshold", BuildSettings { threshold, ..base })] {
+    for (name, other) in [("itself", base), ("another tree", BuildSettings { threshold, epsilon, ..base })] {
         let factors: Vec<Factor> = (0..RUNS).filter_map(|_| factor(&subject, [base, other], rounds)).collect();
         let mut medians: Vec<f64> = factors.iter().map(|factor| factor.median).collect();
         medians.sort_by(f64::total_cmp);
