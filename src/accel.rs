@@ -26,8 +26,8 @@ use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
-    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Hit, Pass, Passes, Ray,
-    Triangle, WideBvh,
+    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Pass, Passes, Ray, Triangle,
+    WideBvh,
 };
 
 use crate::budget::Budget;
@@ -430,31 +430,6 @@ impl Accel {
     /// Keeps the counts by fewer rays, `None` where none enters the scene's box. The first ones are kept.
     pub fn keep_estimate(&self, counts: Option<EnteringReading>) {
         self.estimate.get_or_init(|| counts);
-    }
-
-    /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]
-    /// has the other levels.
-    ///
-    /// [`Bvh::closest_hit`]: bvhscope_engine::Bvh::closest_hit
-    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.wide().closest_hit(ray)
-    }
-
-    /// The nearest hits of `rays`, into the first elements of `hits`; see
-    /// [`Bvh::closest_hits`](bvhscope_engine::Bvh::closest_hits).
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.wide().closest_hits(rays, hits);
-    }
-
-    /// Whether anything lies on `ray` between its `t_min` and `t_max`.
-    pub fn any_hit(&self, ray: &Ray) -> bool {
-        self.wide().any_hit(ray)
-    }
-
-    /// Whether anything lies on each of `rays`, into the first elements of `blocked`; see
-    /// [`Bvh::any_hits`](bvhscope_engine::Bvh::any_hits).
-    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.wide().any_hits(rays, blocked);
     }
 
     /// Indices of the nodes from the root to the leaf that holds the triangle `primitive_index`. Empty where there is no such

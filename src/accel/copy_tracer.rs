@@ -36,6 +36,12 @@ impl<'a> CopyTracer<'a> {
         Hit { t, primitive_index: self.levels.scene.number(instance, primitive_index), u, v }
     }
 
+    /// The nearest hit through the wide trees.
+    pub(super) fn nearest_of(&self, ray: &Ray) -> Option<Hit> {
+        self.levels.wide.closest_hit(ray).map(|hit| self.numbered(hit))
+    }
+
+    /// The same hit through the binary ones.
     pub(super) fn closest<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         self.binary().closest_hit(ray, traversal, probe).map(|hit| self.numbered(hit))
     }
@@ -48,6 +54,17 @@ impl<'a> CopyTracer<'a> {
             hit = first_that_counts(*ray, query.passes, |ray| self.closest(ray, Traversal::Ordered, &mut NoProbe));
         }
         (hit, entered.0)
+    }
+
+    /// Traces `rays` through the binary trees with a probe for each.
+    fn through_binary<P: Probe + Default>(
+        &self,
+        rays: &[Ray],
+        query: CountedQuery<'_>,
+        found: &mut [(Option<Hit>, TestCounts)],
+        counts: fn(P) -> TestCounts,
+    ) {
+        count_each(rays, query, found, counts, |ray, probe| self.closest(ray, query.traversal, probe));
     }
 
     /// Traces `rays` through wide trees, of which each has a probe; `take` gives and forgets what one has counted.
@@ -76,7 +93,7 @@ impl<'a> CopyTracer<'a> {
 impl Tracer for CopyTracer<'_> {
     fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (hit, ray) in hits.iter_mut().zip(rays) {
-            *hit = self.levels.wide.closest_hit(ray).map(|hit| self.numbered(hit));
+            *hit = self.nearest_of(ray);
         }
     }
 
@@ -86,20 +103,8 @@ impl Tracer for CopyTracer<'_> {
 
     fn counted(&self, rays: &[Ray], query: CountedQuery<'_>, found: &mut [(Option<Hit>, TestCounts)]) {
         match query.counting {
-            Counting::Nothing => count_each(
-                rays,
-                query,
-                found,
-                |_: NoProbe| TestCounts::default(),
-                |ray, probe| self.closest(ray, query.traversal, probe),
-            ),
-            Counting::Tests => count_each(
-                rays,
-                query,
-                found,
-                |counts: TestCounts| counts,
-                |ray, probe| self.closest(ray, query.traversal, probe),
-            ),
+            Counting::Nothing => self.through_binary(rays, query, found, |_: NoProbe| TestCounts::default()),
+            Counting::Tests => self.through_binary(rays, query, found, |counts: TestCounts| counts),
             Counting::WholeRay => {
                 for (ray, found) in rays.iter().zip(found) {
                     let (hit, containers) = self.along_whole_ray(ray, query);

@@ -19,6 +19,43 @@ impl Accel {
         }
     }
 
+    /// The nearest hit, through the wide tree at the best SIMD level of this machine; see [`Bvh::closest_hit`]. [`Accel::wide`]
+    /// has the other levels.
+    ///
+    /// [`Bvh::closest_hit`]: bvhscope_engine::Bvh::closest_hit
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        match self.copy_tracer() {
+            Some(tracer) => tracer.nearest_of(ray),
+            None => self.wide().closest_hit(ray),
+        }
+    }
+
+    /// The nearest hits of `rays`, into the first elements of `hits`; see
+    /// [`Bvh::closest_hits`](bvhscope_engine::Bvh::closest_hits).
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        match self.copy_tracer() {
+            Some(tracer) => tracer.nearest(rays, hits),
+            None => self.wide().closest_hits(rays, hits),
+        }
+    }
+
+    /// Tells if anything lies on `ray` between its `t_min` and `t_max`.
+    pub fn any_hit(&self, ray: &Ray) -> bool {
+        match &self.levels {
+            Some(levels) => levels.wide().any_hit(ray),
+            None => self.wide().any_hit(ray),
+        }
+    }
+
+    /// Tells if anything lies on each of `rays`, into the first elements of `blocked`; see
+    /// [`Bvh::any_hits`](bvhscope_engine::Bvh::any_hits).
+    pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
+        match &self.levels {
+            Some(levels) => levels.wide().any_hits(rays, blocked),
+            None => self.wide().any_hits(rays, blocked),
+        }
+    }
+
     /// The same hit through the tree as it is, in the order of `traversal` and observed by `probe`.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<Hit> {
         match self.copy_tracer() {
@@ -27,7 +64,7 @@ impl Accel {
         }
     }
 
-    /// Whether anything lies on `ray`, through the tree as it is and observed by `probe`.
+    /// Tells if anything lies on `ray`, through the tree as it is and observed by `probe`.
     pub fn any_hit_with<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
         match self.copy_tracer() {
             Some(tracer) => tracer.binary().any_hit(ray, probe),

@@ -25,7 +25,7 @@ pub struct Frame {
     pub depth: Vec<f32>,
     /// Hit distance along the unit ray through each pixel's centre in world units; infinity on the background.
     pub distance: Vec<f32>,
-    /// Index of the triangle at each pixel's centre; `u32::MAX` on the background.
+    /// Index of the triangle, or in a scene of two levels of the copy, at each pixel's centre; `u32::MAX` on the background.
     pub primitive: Vec<u32>,
     /// The value that each colour encodes (test counts of heat maps, view depth of the depth mode); empty in other modes.
     pub values: Vec<f32>,

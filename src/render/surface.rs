@@ -85,7 +85,7 @@ impl Normals {
             }
             Self::Crease(normals) => normals.of(triangle),
         };
-        Some(normals.map(|normal| scene.normal_of(hit, normal)))
+        Some(scene.normals_of(hit, normals))
     }
 }
 

@@ -32,7 +32,7 @@ impl Visible<'_> {
         }
     }
 
-    /// Whether rays pass through the triangle that a hit names.
+    /// True if rays pass through the triangle that a hit names.
     #[inline]
     pub fn is_hidden(&self, hit: u32) -> bool {
         self.hidden.is_some_and(|hidden| hidden.contains(self.scene.primitive_of(hit)))

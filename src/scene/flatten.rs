@@ -12,10 +12,11 @@ use super::model::Scene;
 use super::motion::{Columns, columns, scale_of, turned, turned_tangent};
 use super::source::SceneSource;
 use crate::budget::Budget;
-use bvhscope_engine::Placed;
+use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
-use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
+use bvhscope_engine::{Copies, Placed};
 
 /// Elements of a flat list between two entries of [`Layout::coarse`]: few copies to step over, and a small table.
 const COARSE: usize = 64;
@@ -37,18 +38,38 @@ impl PlacedMeshes {
     pub fn triangle_count(&self) -> u64 {
         total(&self.meshes, &self.placed)
     }
+
+    /// Where the copies of the meshes in `triangles` stand.
+    pub(super) fn places(&self, triangles: &[Triangle], path: &Path, token: &CancelToken) -> Result<Copies, LoadError> {
+        let bounds = |mesh: &Range<u32>| {
+            let mut bounds = Aabb::EMPTY;
+            for batch in triangles[mesh.start as usize..mesh.end as usize].chunks(BATCH_SIZE) {
+                token.check()?;
+                bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
+            }
+            Ok(bounds)
+        };
+        let bounds = self.meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
+        Copies::new(&bounds, &self.placed, token).map_err(|error| match error {
+            BuildError::Cancelled(cancelled) => LoadError::Cancelled(cancelled),
+            BuildError::Refused(text) => {
+                let (problem, advice) = text.rsplit_once("; ").unwrap_or((&text, "leave the copy out"));
+                LoadError::of_file(path, problem, advice)
+            }
+        })
+    }
 }
 
 /// The flat scene of copies of meshes: copy by copy, the triangles of each in the order of its mesh.
 ///
-/// Corners are those of [`Placement::triangle`] in the order of the mesh, mirrored copies too, so that rays find the very hits that they
+/// Corners are those of [`Placement::triangle`](bvhscope_engine::geometry::Placement::triangle) in the order of the mesh, mirrored copies too, so that rays find the very hits that they
 /// find in a tree of two levels. Normals are turned by the inverse transpose and keep their front; surfaces take their outside from
 /// normals where there are any, so that only mirrored triangles without normals are seen from their backs, which matters to normal maps
 /// alone.
 ///
 /// # Errors
 ///
-/// Before anything is made, if the triangles exceed the memory budget or their indices 32 bits. Also for a copy that [`Placement::new`]
+/// Before anything is made, if the triangles exceed the memory budget or their indices 32 bits. Also for a copy that [`Copies::new`]
 /// refuses, and once `token` is cancelled.
 pub(super) fn flatten(
     prototypes: &Scene,
@@ -61,10 +82,10 @@ pub(super) fn flatten(
     let vertices = vertex_ranges(prototypes, &copies.meshes, token)?;
     let counts = [copies.triangle_count(), total(&vertices, placed)];
     check_size(prototypes, counts, Budget::of_process(), &path)?;
-    let places = places(prototypes, copies, &path, token)?;
+    let places = copies.places(&prototypes.triangles, &path, token)?;
     let layout = Layout::new(&copies.meshes, placed, token)?;
-    let triangles =
-        layout.spread(&prototypes.triangles, None, token, |copy, triangle| places[copy].triangle(triangle))?;
+    let triangles = layout
+        .spread(&prototypes.triangles, None, token, |copy, triangle| places.place(copy as u32).triangle(triangle))?;
     token.set_progress(0.4);
     let of_batch = |batch: &[Triangle], _: &CancelToken| {
         Ok(batch.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds())))
@@ -129,13 +150,17 @@ fn vertex_ranges(prototypes: &Scene, meshes: &[Range<u32>], token: &CancelToken)
 fn check_size(prototypes: &Scene, counts: [u64; 2], budget: Budget, path: &Path) -> Result<(), LoadError> {
     let bytes = flat_bytes(prototypes, counts);
     budget.check("the triangles of all copies", bytes).map_err(|error| LoadError::over_budget(path, &error))?;
-    for (count, kind) in counts.into_iter().zip(["triangles", "vertices"]) {
-        if count > MAX_TRIANGLES as u64 {
-            let problem = format!("its copies have {count} {kind}, and {MAX_TRIANGLES} are the most there may be");
-            return Err(LoadError::of_file(path, problem, "take fewer copies, or load it with --instances two-level"));
-        }
+    check_count(counts[0], "triangles", path)?;
+    check_count(counts[1], "vertices", path)
+}
+
+/// Checks that indices of 32 bits suffice for all copies.
+pub(super) fn check_count(count: u64, kind: &str, path: &Path) -> Result<(), LoadError> {
+    if count <= MAX_TRIANGLES as u64 {
+        return Ok(());
     }
-    Ok(())
+    let problem = format!("its copies have {count} {kind}, and {MAX_TRIANGLES} are the most there may be");
+    Err(LoadError::of_file(path, problem, "take fewer copies"))
 }
 
 /// Bytes of so many triangles and vertices with the attributes that the prototypes have.
@@ -149,32 +174,6 @@ fn flat_bytes(prototypes: &Scene, [triangles, vertices]: [u64; 2]) -> u64 {
         per_vertex = item(normals) + item(uvs) + item(tangents) + item(uvs2) + item(colors) + item(alphas);
     }
     triangles.saturating_mul(per_triangle as u64).saturating_add(vertices.saturating_mul(per_vertex as u64))
-}
-
-/// Where each copy stands.
-fn places(
-    prototypes: &Scene,
-    copies: &PlacedMeshes,
-    path: &Path,
-    token: &CancelToken,
-) -> Result<Vec<Placement>, LoadError> {
-    let bounds = |mesh: &Range<u32>| {
-        let mut bounds = Aabb::EMPTY;
-        for batch in prototypes.triangles[mesh.start as usize..mesh.end as usize].chunks(BATCH_SIZE) {
-            token.check()?;
-            bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
-        }
-        Ok(bounds)
-    };
-    let bounds = copies.meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
-    let mut places = Vec::with_capacity(copies.placed.len());
-    for (index, copy) in copies.placed.iter().enumerate() {
-        token.check_every(MEDIUM_STEPS, index)?;
-        places.push(Placement::new(&copy.transform, &bounds[copy.mesh as usize]).map_err(|why| {
-            LoadError::of_file(path, format!("copy {index} cannot be placed: {why}"), "leave it out")
-        })?);
-    }
-    Ok(places)
 }
 
 /// The attributes of all copies; `vertices` are those of each mesh.

@@ -272,10 +272,10 @@ impl Scene {
         self.copies.as_ref().map_or(hit, |copies| copies.in_meshes(hit))
     }
 
-    /// A normal of a triangle that a hit names, in the world.
+    /// Normals at the corners of a triangle that a hit names, in the world.
     #[inline]
-    pub fn normal_of(&self, hit: u32, normal: Vec3) -> Vec3 {
-        self.copies.as_ref().map_or(normal, |copies| copies.normal(hit, normal))
+    pub fn normals_of(&self, hit: u32, normals: [Vec3; 3]) -> [Vec3; 3] {
+        self.copies.as_ref().map_or(normals, |copies| copies.normals(hit, normals))
     }
 
     /// The material of a triangle that a hit names.

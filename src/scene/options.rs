@@ -9,11 +9,11 @@ pub struct LoadOptions {
     pub scene: Option<usize>,
     /// Frames a second of a row of files, above 0; `None` for [`FRAMES_PER_SECOND`](super::FRAMES_PER_SECOND).
     pub fps: Option<f32>,
-    /// Whether copies of meshes stay copies.
+    /// Form of a scene that is made of copies of meshes.
     pub instances: Instancing,
 }
 
-/// Whether a scene that is made of copies of meshes is flat, with triangles for each copy, or has two levels: each mesh once, and a tree over
+/// Form of a scene that is made of copies of meshes: flat, with triangles for each copy, or in two levels, with each mesh once and a tree over
 /// the copies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Instancing {

@@ -5,14 +5,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use bvhscope_engine::builders::BuildError;
-use bvhscope_engine::cancel::{CancelToken, MEDIUM_STEPS};
+use bvhscope_engine::Copies;
+use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::par_tasks;
-use bvhscope_engine::{Copies, Placed};
 
-/// Largest number of triangles of all copies, which have indices of 32 bits as those of a flat scene.
-const MOST_TRIANGLES: u64 = u32::MAX as u64 - 16;
 /// Copies in a task.
 const COPIES_PER_TASK: usize = 1 << 14;
 
@@ -32,35 +29,23 @@ pub struct SceneCopies {
 }
 
 impl SceneCopies {
-    /// `placed` copies of `meshes`, of which each has at least one of `triangles`; flat they would take `flat_bytes`.
-    ///
-    /// # Errors
-    ///
-    /// [`BuildError::Cancelled`] once `token` is cancelled. [`BuildError::Refused`] for transforms that [`Copies::new`] refuses, and for more
-    /// than 2³² triangles in all.
-    pub fn new(
+    /// Copies of `meshes`, of which each has at least one of `triangles`; flat they would take `flat_bytes`. Indices of 32 bits must suffice
+    /// for all copies' triangles.
+    pub(super) fn new(
         triangles: Vec<Triangle>,
         meshes: Vec<Range<u32>>,
-        placed: &[Placed],
+        copies: Copies,
         flat_bytes: u64,
         token: &CancelToken,
-    ) -> Result<Self, BuildError> {
-        let of = |mesh: &Range<u32>| &triangles[mesh.start as usize..mesh.end as usize];
-        let bounds: Vec<Aabb> = meshes.iter().map(|mesh| around(of(mesh))).collect();
-        let copies = Arc::new(Copies::new(&bounds, placed, token)?);
-        let (mut firsts, mut all) = (Vec::with_capacity(placed.len() + 1), 0);
-        for (index, copy) in placed.iter().enumerate() {
-            token.check_every(MEDIUM_STEPS, index)?;
-            firsts.push(all as u32);
-            all += meshes[copy.mesh as usize].len() as u64;
-            if all > MOST_TRIANGLES {
-                return Err(BuildError::Refused(format!(
-                    "the copies have more than {MOST_TRIANGLES} triangles in all"
-                )));
-            }
+    ) -> Result<Self, Cancelled> {
+        let (mut firsts, mut all) = (Vec::with_capacity(copies.len() + 1), 0);
+        for copy in 0..copies.len() as u32 {
+            token.check_every(MEDIUM_STEPS, copy as usize)?;
+            firsts.push(all);
+            all += meshes[copies.mesh(copy) as usize].len() as u32;
         }
-        firsts.push(all as u32);
-        Ok(Self { triangles, meshes, copies, firsts, flat_bytes })
+        firsts.push(all);
+        Ok(Self { triangles, meshes, copies: Arc::new(copies), firsts, flat_bytes })
     }
 
     /// Number of triangles of all copies.
@@ -106,23 +91,30 @@ impl SceneCopies {
 
     /// Index of the triangle of a number among those of all meshes.
     pub fn in_meshes(&self, number: u32) -> u32 {
+        self.find(number).1
+    }
+
+    /// The copy that has the triangle of a number, and the triangle's index among those of all meshes.
+    fn find(&self, number: u32) -> (u32, u32) {
         let copy = self.copy_of(number);
-        number - self.firsts[copy as usize] + self.meshes[self.copies.mesh(copy) as usize].start
+        (copy, number - self.firsts[copy as usize] + self.meshes[self.copies.mesh(copy) as usize].start)
     }
 
     /// The triangle of a number in the world.
     pub fn triangle(&self, number: u32) -> Triangle {
-        self.copies.place(self.copy_of(number)).triangle(&self.triangles[self.in_meshes(number) as usize])
+        let (copy, triangle) = self.find(number);
+        self.copies.place(copy).triangle(&self.triangles[triangle as usize])
     }
 
-    /// A normal of the mesh that has the triangle of a number, in the world: of unit length, or zero as it is.
-    pub fn normal(&self, number: u32, normal: Vec3) -> Vec3 {
-        self.copies.place(self.copy_of(number)).normal(normal).normalize_or_zero()
+    /// Normals of the mesh that has the triangle of a number, in the world: of unit length, or zero as they are.
+    pub fn normals(&self, number: u32, normals: [Vec3; 3]) -> [Vec3; 3] {
+        let place = self.copies.place(self.copy_of(number));
+        normals.map(|normal| place.normal(normal).normalize_or_zero())
     }
 
     /// The triangle across a box around each copy. The tree over them is that over the copies; the boxes lie closer around copies that are
     /// turned than the turned boxes of their meshes, as they are around the parts of a mesh in each octant of its box.
-    pub fn stand_ins(&self, token: &CancelToken) -> Result<Vec<Triangle>, BuildError> {
+    pub(super) fn stand_ins(&self, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
         let octants: Vec<Vec<Aabb>> = (0..self.meshes.len() as u32).map(|mesh| octants(self.mesh(mesh))).collect();
         let tasks = (0..self.copies.len()).step_by(COPIES_PER_TASK);
         let parts = par_tasks(tasks, token, |first, _| {

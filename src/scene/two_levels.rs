@@ -4,13 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::error::LoadError;
-use super::flatten::{PlacedMeshes, flat_size, flatten};
+use super::flatten::{PlacedMeshes, check_count, flat_size, flatten};
 use super::model::Scene;
 use super::options::Instancing;
 use super::scene_copies::SceneCopies;
 use crate::budget::Budget;
 use bvhscope_engine::Placed;
-use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
@@ -32,29 +31,26 @@ pub(super) fn of_copies(
     two_levels(prototypes, copies, flat_bytes, token)
 }
 
-/// Makes a scene of two levels of `copies` of the meshes in `prototypes`.
+/// A scene of two levels of `copies` of the meshes in `scene`.
 ///
 /// # Errors
 ///
-/// If they exceed the memory budget or the triangles of all copies indices of 32 bits, for a copy that [`Copies::new`] refuses, and once
-/// `token` is cancelled.
+/// If they exceed the memory budget or the triangles of all copies indices of 32 bits, for a copy that has no place, and once `token` is
+/// cancelled.
 fn two_levels(
-    prototypes: Scene,
-    PlacedMeshes { meshes, placed }: PlacedMeshes,
+    mut scene: Scene,
+    copies: PlacedMeshes,
     flat_bytes: u64,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
-    let mut scene = prototypes;
     let path = PathBuf::from(scene.source.to_string());
-    let bytes = BYTES_PER_COPY.saturating_mul(placed.len() as u64);
+    let bytes = BYTES_PER_COPY.saturating_mul(copies.placed.len() as u64);
     Budget::of_process().check("the copies", bytes).map_err(|error| LoadError::over_budget(&path, &error))?;
-    let refused = |error: BuildError| match error {
-        BuildError::Cancelled(cancelled) => LoadError::Cancelled(cancelled),
-        BuildError::Refused(text) => LoadError::of_file(&path, text, "load it with --instances flat"),
-    };
+    check_count(copies.triangle_count(), "triangles", &path)?;
+    let places = copies.places(&scene.triangles, &path, token)?;
     let triangles = std::mem::take(&mut scene.triangles);
-    let copies = SceneCopies::new(triangles, meshes, &placed, flat_bytes, token).map_err(refused)?;
-    scene.triangles = copies.stand_ins(token).map_err(refused)?;
+    let copies = SceneCopies::new(triangles, copies.meshes, places, flat_bytes, token)?;
+    scene.triangles = copies.stand_ins(token)?;
     scene.bounds = copies.bounds(&scene.triangles);
     scene.mesh_count = copies.mesh_count();
     scene.copies = Some(Arc::new(copies));

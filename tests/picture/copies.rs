@@ -54,7 +54,16 @@ fn rays_find_what_they_find_in_the_flat_scene() {
         of_flat.blocked(&rays, &mut expected_blocked);
         of_copies.blocked(&rays, &mut blocked);
         assert_eq!(blocked, expected_blocked, "{name}");
+        let (mut directly, mut blocked_directly) = (vec![None; rays.len()], vec![false; rays.len()]);
+        copies.closest_hits(&rays, &mut directly);
+        copies.any_hits(&rays, &mut blocked_directly);
+        assert!(directly == expected && blocked_directly == expected_blocked, "{name}");
         for (index, ray) in rays.iter().enumerate().step_by(37) {
+            assert_eq!(
+                (copies.closest_hit(ray), copies.any_hit(ray)),
+                (expected[index], expected_blocked[index]),
+                "{name}"
+            );
             let [mut hits, mut of_list] = [Vec::new(), Vec::new()];
             let has_more = [of_flat.all_hits(ray, 5, &mut hits), of_copies.all_hits(ray, 5, &mut of_list)];
             assert!(hits == of_list && has_more[0] == has_more[1], "{name}: {ray:?}");
@@ -94,6 +103,11 @@ fn pictures_are_those_of_the_flat_scene() {
             let [expected, found] = frames.each_ref().map(|frame| &frame.rgba);
             let differing =
                 expected.iter().zip(found).filter(|(a, b)| a.iter().zip(b.iter()).any(|(a, b)| a.abs_diff(*b) > 2));
+            let primitives = frames.each_ref().map(|frame| &frame.primitive);
+            for (of_flat, of_copies) in primitives[0].iter().zip(primitives[1]) {
+                let expected = if *of_flat == u32::MAX { u32::MAX } else { copies.scene.primitive_of(*of_flat) };
+                assert_eq!(*of_copies, expected, "{name}, {shading:?}: the copy that has the triangle");
+            }
             // The colours of clusters are those of copies.
             let (differing, all) = (differing.count(), expected.len());
             assert!(
@@ -129,7 +143,7 @@ fn normals_of_turned_and_mirrored_copies_stay_perpendicular() {
         assert_eq!(scene.triangle(number), flat.scene.triangles[number as usize]);
         let own = scene.copies.as_ref().unwrap();
         let [inside, world] = [own.triangles()[scene.surface_of(number) as usize], scene.triangle(number)];
-        let normal = scene.normal_of(number, inside.scaled_normal().normalize_or_zero());
+        let [normal, ..] = scene.normals_of(number, [inside.scaled_normal().normalize_or_zero(); 3]);
         let cosine = |edge: Vec3| normal.dot(edge.normalize_or_zero()).abs();
         assert!(cosine(world.b - world.a) < 1e-4 && cosine(world.c - world.a) < 1e-4, "{number}");
     }

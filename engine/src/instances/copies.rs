@@ -39,6 +39,8 @@ pub(super) struct PlacedMesh {
 pub struct MeshCopies {
     meshes: Vec<Arc<Bvh>>,
     copies: Arc<Copies>,
+    /// Depth of the deepest binary tree of a mesh.
+    depth: u32,
 }
 
 /// A copy of a mesh, or of what is below a node of its tree.
@@ -60,7 +62,7 @@ impl Copies {
         for (index, Placed { mesh, transform }) in placed.iter().enumerate() {
             token.check_every(MEDIUM_STEPS, index)?;
             let refused =
-                |why: &str| BuildError::Refused(format!("copy {index} cannot be traced: {why}; leave it out"));
+                |why: &str| BuildError::Refused(format!("copy {index} cannot be placed: {why}; leave it out"));
             let bounds = bounds.get(*mesh as usize).ok_or_else(|| refused("there is no such mesh"))?;
             copies.push(PlacedMesh { mesh: *mesh, place: Placement::new(transform, bounds).map_err(refused)? });
         }
@@ -72,7 +74,7 @@ impl Copies {
         self.0.len()
     }
 
-    /// Whether there are no copies.
+    /// True if there are no copies.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -117,7 +119,8 @@ impl MeshCopies {
         if copies.0.iter().any(|copy| copy.mesh as usize >= meshes.len()) {
             return Err(BuildError::Refused(format!("there are copies of more than {} meshes", meshes.len())));
         }
-        Ok(Self { meshes, copies })
+        let depth = meshes.iter().map(|mesh| mesh.tree().max_depth()).max().unwrap_or(0);
+        Ok(Self { meshes, copies, depth })
     }
 
     /// The meshes with their trees.
@@ -201,6 +204,10 @@ impl MeshCopies {
         let children = tree.children_of(part.start).zip(0..);
         let child = move |(start, lane)| Some((Part { start, ..part }, place.bounds(&node.as_ref()?.load(lane))));
         whole.into_iter().chain(children.filter_map(child))
+    }
+
+    pub(super) fn depth(&self) -> u32 {
+        self.depth
     }
 
     pub(super) fn placed(&self, copy: u32) -> &PlacedMesh {

@@ -11,7 +11,7 @@ use crate::geometry::{Aabb, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::simd::baseline;
 use crate::query::{ClosestPoint, NearestPoint, each_near_leaf};
 use crate::tree::Tree;
-use crate::tree::traverse::{NoProbe, Observer, Probe, StackEntry, Traversal, new_stack, walk};
+use crate::tree::traverse::{NoProbe, Observer, Probe, StackEntry, Traversal, walk, with_stack};
 use crate::tree::visits::{RayQuery, Visits, count_visits};
 
 /// The trees of both levels: of boxes around the copies, and of the meshes.
@@ -53,23 +53,21 @@ impl BinaryLevels<'_> {
     /// The nearest hit of `ray`, that of [`Instances::closest_hit`](super::Instances::closest_hit). `probe` gets the tests of both levels,
     /// and of the upper one visits and events.
     pub fn closest_hit<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<InstanceHit> {
-        match probe.observer() {
-            Observer::Nothing => self.query(ray, RayQuery::ClosestHit(traversal), &mut NoProbe),
-            Observer::Counts(counts) => self.query(ray, RayQuery::ClosestHit(traversal), counts),
-            Observer::Tests(mut probe) => self.query(ray, RayQuery::ClosestHit(traversal), &mut probe),
-            Observer::Events(mut probe) => self.query(ray, RayQuery::ClosestHit(traversal), &mut probe),
-        }
+        self.observed(ray, RayQuery::ClosestHit(traversal), probe)
     }
 
-    /// Whether anything lies on `ray` between its `t_min` and `t_max`, observed as in [`BinaryLevels::closest_hit`].
+    /// Tells if anything lies on `ray` between its `t_min` and `t_max`, observed as in [`BinaryLevels::closest_hit`].
     pub fn any_hit<P: Probe>(&self, ray: &Ray, probe: &mut P) -> bool {
-        let hit = match probe.observer() {
-            Observer::Nothing => self.query(ray, RayQuery::AnyHit, &mut NoProbe),
-            Observer::Counts(counts) => self.query(ray, RayQuery::AnyHit, counts),
-            Observer::Tests(mut probe) => self.query(ray, RayQuery::AnyHit, &mut probe),
-            Observer::Events(mut probe) => self.query(ray, RayQuery::AnyHit, &mut probe),
-        };
-        hit.is_some()
+        self.observed(ray, RayQuery::AnyHit, probe).is_some()
+    }
+
+    fn observed<P: Probe>(&self, ray: &Ray, query: RayQuery, probe: &mut P) -> Option<InstanceHit> {
+        match probe.observer() {
+            Observer::Nothing => self.query(ray, query, &mut NoProbe),
+            Observer::Counts(counts) => self.query(ray, query, counts),
+            Observer::Tests(mut probe) => self.query(ray, query, &mut probe),
+            Observer::Events(mut probe) => self.query(ray, query, &mut probe),
+        }
     }
 
     /// The visits of the nodes of the tree over the copies by rays, see
@@ -95,22 +93,30 @@ impl BinaryLevels<'_> {
     }
 
     fn trace<P: Probe, const ORDERED: bool, const ANY: bool>(&self, ray: &Ray, probe: &mut P) -> Option<InstanceHit> {
+        with_stack(self.top.max_depth, |stack| {
+            with_stack(self.copies.depth(), |below| self.trace_with::<P, ORDERED, ANY>(ray, [stack, below], probe))
+        })
+    }
+
+    /// [`BinaryLevels::trace`] with the stacks of the upper and the lower level.
+    fn trace_with<P: Probe, const ORDERED: bool, const ANY: bool>(
+        &self,
+        ray: &Ray,
+        [stack, stack_below]: [&mut [StackEntry]; 2],
+        probe: &mut P,
+    ) -> Option<InstanceHit> {
         let world = World { ray: PreparedRay::new(*ray), shear: Shear::new(ray.direction) };
-        let depth = self.copies.meshes().iter().map(|mesh| mesh.tree().max_depth()).max().unwrap_or(0);
-        let (mut stack, mut stack_below) = (new_stack(self.top.max_depth), new_stack(depth));
         let mut found: Option<InstanceHit> = None;
-        walk::<_, Aabb, P, ORDERED, ANY>(baseline(), self.top, &world.ray, &mut stack, probe, |slots, _, probe| {
+        walk::<_, Aabb, P, ORDERED, ANY>(baseline(), self.top, &world.ray, stack, probe, |slots, _, probe| {
             for &copy in &self.top.primitive_indices[slots] {
                 let before = found;
-                self.trace_copy::<P, ORDERED, ANY>(copy, &world, &mut stack_below, probe, &mut found);
+                self.trace_copy::<P, ORDERED, ANY>(copy, &world, stack_below, probe, &mut found);
                 let nearer = found.filter(|_| found != before);
                 if P::EVENTS {
                     probe.tested(copy, nearer.map(|hit| hit.t));
-                }
-                if P::EVENTS
-                    && let Some(hit) = nearer
-                {
-                    probe.nearer(hit.t);
+                    if let Some(hit) = nearer {
+                        probe.nearer(hit.t);
+                    }
                 }
                 if ANY && found.is_some() {
                     return ControlFlow::Break(());

@@ -20,7 +20,7 @@ use crate::with_tree;
 
 /// Copies of meshes in a tree of two levels: one hierarchy for each mesh, however many copies it has, and one over the copies.
 ///
-/// Rays find the very hits that they find in the flat scene whose triangles [`Placement::triangle`](crate::geometry::Placement::triangle) makes, copy by copy: the same
+/// Rays find the very hits that they find in the flat scene whose triangles [`Placement::triangle`] makes, copy by copy: the same
 /// triangle, distance and weights, bit for bit. Boxes are tested in the coordinates of the mesh, widened by the derived bound of what
 /// rounding moves there (docs/containers.md, "Copies of meshes"), triangles in the world, with the corners that the flat scene has.
 ///
@@ -40,6 +40,8 @@ use crate::with_tree;
 /// assert_eq!((hit.instance, hit.primitive_index, hit.t), (8, 0, 0.5));
 /// # Ok::<(), bvhscope_engine::BuildError>(())
 /// ```
+///
+/// [`Placement::triangle`]: crate::geometry::Placement::triangle
 #[derive(Debug)]
 pub struct Instances {
     copies: Arc<MeshCopies>,
@@ -144,7 +146,7 @@ impl Instances {
         rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
     }
 
-    /// Whether anything lies on `ray` between its `t_min` and `t_max`.
+    /// Tells if anything lies on `ray` between its `t_min` and `t_max`.
     pub fn any_hit(&self, ray: &Ray) -> bool {
         let mut is_hit = false;
         self.each_hit(ray, |_| {

@@ -95,7 +95,7 @@ fn build_meshes(
     Ok((assembly.finish(source, Vec3::Y, token)?, copies))
 }
 
-/// Whether the size of a scene is a number of copies.
+/// True if the size of a scene is a number of copies.
 fn is_of_copies(name: &str) -> bool {
     ["forest", "village", "stack"].contains(&name)
 }
