@@ -20,6 +20,11 @@ pub fn scaling(
     token: &CancelToken,
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
+    if predict && subject.scene.copies.is_some() {
+        let text =
+            "of a scene of copies no speed-up is predicted; leave --predict out, or load it with --instances flat";
+        return Err(LabError::Refused(text.to_owned()));
+    }
     let parts = 1 + usize::from(predict);
     let (mut measured, mut outcome) = measure_threads(subject, setup, max_threads, view, &token.part(0, parts), rows);
     if let Some(first) = measured.first_mut().filter(|_| predict && outcome.is_ok()) {
