@@ -198,6 +198,11 @@ impl Accel {
         Ok(accel)
     }
 
+    /// Why there can be no tree of `scene` with `settings`, where it is the scene that cannot have it.
+    pub fn refusal(scene: &Scene, settings: &BuildSettings) -> Option<String> {
+        scene.copies.as_ref().and_then(|_| refusal_of_copies(settings))
+    }
+
     /// [`Accel::build`] without the wide tree, which then is made on request.
     pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
         Self::build_with_session(scene, settings, None, token)
@@ -210,7 +215,7 @@ impl Accel {
         mut session: Option<&mut BuildSession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        if let Some(reason) = scene.copies.as_ref().and_then(|_| refusal_of_copies(settings)) {
+        if let Some(reason) = Self::refusal(scene, settings) {
             return Err(BuildError::Refused(reason));
         }
         let bytes = scene.triangles.len() as u64 * peak_bytes_per_triangle(settings);

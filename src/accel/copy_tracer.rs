@@ -8,7 +8,7 @@ use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
 use bvhscope_engine::{AnyTree, BinaryLevels, InstanceHit};
 use glam::Vec3;
 
-use super::tracer::{CountedQuery, Counting, Entered, Tracer, count_each, first_that_counts};
+use super::tracer::{Carried, CountedQuery, Counting, Entered, Tracer, count_each, first_that_counts};
 use super::two_levels::TwoLevels;
 
 /// Rays through both levels, of which `top` is the tree over the copies.
@@ -105,6 +105,10 @@ impl Tracer for CopyTracer<'_> {
         match query.counting {
             Counting::Nothing => self.through_binary(rays, query, found, |_: NoProbe| TestCounts::default()),
             Counting::Tests => self.through_binary(rays, query, found, |counts: TestCounts| counts),
+            Counting::Copies => {
+                let counts = |Carried(containers): Carried| TestCounts { containers, primitives: 0 };
+                self.through_binary(rays, query, found, counts);
+            }
             Counting::WholeRay => {
                 for (ray, found) in rays.iter().zip(found) {
                     let (hit, containers) = self.along_whole_ray(ray, query);

@@ -27,6 +27,8 @@ pub enum Counting {
     Lines,
     /// Containers of the binary tree that the whole ray enters, as if nothing stopped it.
     WholeRay,
+    /// Copies of meshes that the ray is carried into, in place of containers; none in a flat scene.
+    Copies,
 }
 
 /// A query of rays one by one: behind a hit that does not count a ray is traced again, and the work of that is counted too.
@@ -137,7 +139,9 @@ impl Tracer for TreeTracer<'_> {
 
     fn counted(&self, rays: &[Ray], query: CountedQuery<'_>, found: &mut [(Option<Hit>, TestCounts)]) {
         match query.counting {
-            Counting::Nothing => self.through_binary(rays, query, found, |_: NoProbe| TestCounts::default()),
+            Counting::Nothing | Counting::Copies => {
+                self.through_binary(rays, query, found, |_: NoProbe| TestCounts::default());
+            }
             Counting::Tests => self.through_binary(rays, query, found, |counts: TestCounts| counts),
             Counting::Steps => {
                 let wide = &self.accel.wide().tree;
@@ -231,6 +235,21 @@ pub(super) fn count_each<P: Probe + Default>(
         let mut probe = P::default();
         let hit = first_that_counts(*ray, query.passes, |ray| closest(ray, &mut probe));
         *found = (hit, counts(probe));
+    }
+}
+
+/// Counts the copies that a ray is carried into.
+#[derive(Default)]
+pub(super) struct Carried(pub(super) u64);
+
+impl Probe for Carried {
+    #[inline(always)]
+    fn container_test(&mut self) {}
+    #[inline(always)]
+    fn primitive_test(&mut self) {}
+    #[inline(always)]
+    fn carried(&mut self, _copy: u32) {
+        self.0 += 1;
     }
 }
 

@@ -293,6 +293,9 @@ impl Run<'_> {
         let rays = command.rays.read_file(&scene, &context.token)?;
         self.finished.warned |= rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
         let subject = Subject { model: source.to_string(), scene, trees, rays, load: context.load.clone() };
+        if let Some(reason) = command.job.left_out(&subject) {
+            note(format_args!("bvhscope: {}: trees left out: {reason}", printable(&source.to_string())));
+        }
         let token = context.token.clone();
         let progress = Progress::new(&format!("Measuring {}", source.label()), &token);
         let has_files = command.output.csv_file().is_some() || command.output.plot.is_some();

@@ -23,7 +23,7 @@ use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 /// Maximum number of primitive tests of a run without BVH: about a second on one core.
 const NO_BVH_TESTS: u64 = 200_000_000;
 
-/// Measures `setups` and the subject's trees from files, one row each; with `no_bvh` one more row that tests every triangle, on
+/// Measures those of `setups` that the subject can have and its trees from files, one row each; with `no_bvh` one more row that tests every triangle, on
 /// an even sample of the pixels whose number is its `rays`.
 pub fn bench(
     subject: &Subject,
@@ -35,7 +35,7 @@ pub fn bench(
 ) -> Result<(), LabError> {
     let parts = if no_bvh { 2 } else { 1 };
     let threads = setups.first().map_or(0, |setup| setup.threads);
-    let contenders = subject.contenders(setups, threads);
+    let contenders = subject.contenders(&subject.possible(setups), threads);
     measure_contenders("bench", subject, &contenders, view, &token.part(0, parts), rows)?;
     if no_bvh {
         rows.row(every_triangle(subject, view, threads, &token.part(1, parts))?);
@@ -50,7 +50,7 @@ fn every_triangle(
     threads: usize,
     token: &CancelToken,
 ) -> Result<Measurement, LabError> {
-    let triangles = subject.scene.triangles.len() as u64;
+    let triangles = subject.scene.triangle_count();
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     let rays = (NO_BVH_TESTS / triangles.max(1)).clamp(1, pixels);
     let build = BuildSettings {

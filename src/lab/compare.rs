@@ -52,7 +52,7 @@ pub fn compared_setups(containers: &[ContainerKind], primitive_count: usize, slo
     setups
 }
 
-/// Measures [`compared_setups`] and the subject's trees from files, one row each.
+/// Measures those of [`compared_setups`] that the subject can have and its trees from files, one row each.
 pub fn compare(
     subject: &Subject,
     containers: &[ContainerKind],
@@ -63,5 +63,6 @@ pub fn compare(
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups = compared_setups(containers, subject.scene.triangles.len(), slow, threads);
-    measure_contenders("compare", subject, &subject.contenders(&setups, threads), view, token, rows)
+    let contenders = subject.contenders(&subject.possible(&setups), threads);
+    measure_contenders("compare", subject, &contenders, view, token, rows)
 }

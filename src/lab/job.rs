@@ -1,12 +1,13 @@
 //! The measuring jobs as one type, shared by the command line and the window.
 
 use super::bench::bench;
-use super::compare::compare;
+use super::compare::{compare, compared_setups};
 use super::measure::{LabError, RowSink};
 use super::motion::{AnimatePlan, animate};
 use super::scaling::scaling;
 use super::setup::{Setup, Subject, TraceView};
 use super::sweep::{SweepPlan, sweep, sweep_files};
+use crate::accel::Accel;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
@@ -93,6 +94,19 @@ impl Job {
             }
             Self::Sweep(_) | Self::Compare { .. } => None,
         }
+    }
+
+    /// Why trees are left out that the subject's scene cannot have, if any are.
+    pub fn left_out(&self, subject: &Subject) -> Option<String> {
+        let setups = match self {
+            Self::Bench { setups, .. } => setups.clone(),
+            Self::Compare { containers, slow, threads } => {
+                compared_setups(containers, subject.scene.triangles.len(), *slow, *threads)
+            }
+            _ => return None,
+        };
+        let refused = setups.iter().filter_map(|setup| Accel::refusal(&subject.scene, &setup.build));
+        refused.last().filter(|_| subject.possible(&setups).len() < setups.len())
     }
 
     /// Whether anything is to be measured on the `model`-th of `models` models; a shard of a sweep may not cover it.

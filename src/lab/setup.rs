@@ -35,6 +35,13 @@ impl Subject {
         ViewRays::new(population, view.camera, view.size, settings).with_file(self.rays.clone())
     }
 
+    /// Those of `setups` of which the scene can have trees; all of them where it can have none, which then says why.
+    pub fn possible(&self, setups: &[Setup]) -> Vec<Setup> {
+        let is_possible = |setup: &&Setup| Accel::refusal(&self.scene, &setup.build).is_none();
+        let possible: Vec<Setup> = setups.iter().filter(is_possible).copied().collect();
+        if possible.is_empty() { setups.to_vec() } else { possible }
+    }
+
     /// `setups`, and after them the trees from files, traced by `threads` threads, 0 for all.
     pub fn contenders(&self, setups: &[Setup], threads: usize) -> Vec<Contender> {
         let read = self.trees.iter().map(|accel| Contender::of_file(accel, threads));

@@ -73,6 +73,9 @@ pub const fn shading_sentence(shading: Shading) -> &'static str {
         Shading::Heat(HeatKind::ClosestPoint) => {
             "Container and triangle tests that the closest point of the surface costs, from each point of the section plane, or of a plane across the middle"
         }
+        Shading::Heat(HeatKind::Copies) => {
+            "Copies of meshes whose trees the ray of each pixel is tested with, in a scene of two levels: where boxes of copies overlap"
+        }
         Shading::Heat(HeatKind::WholeRay) => {
             "Containers that the ray of each pixel enters from one end to the other, as if no surface stopped it: how much they overlap"
         }

@@ -47,6 +47,8 @@ pub enum HeatKind {
     Lines,
     /// Containers along the whole ray, whatever surface is in between: how many lie one over the other in a pixel.
     WholeRay,
+    /// Copies of meshes that the ray is carried into, whose trees it is tested with; none in a flat scene.
+    Copies,
     /// Tests of a query for all hits of the ray.
     AllHits,
     /// Tests of a query for the point of the surface that is closest to a point of the section plane.
@@ -68,6 +70,7 @@ impl HeatKind {
             Self::Steps => "wide tree steps",
             Self::Lines => "cache lines",
             Self::WholeRay => "containers along the ray",
+            Self::Copies => "copies entered",
             Self::AllHits => "tests for all hits",
             Self::ClosestPoint => "tests for the closest point",
         }
@@ -322,7 +325,7 @@ impl Shading {
     }
 
     /// All modes, in the order of menus.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
@@ -334,6 +337,7 @@ impl Shading {
         Self::Heat(HeatKind::Steps),
         Self::Heat(HeatKind::Lines),
         Self::Heat(HeatKind::WholeRay),
+        Self::Heat(HeatKind::Copies),
         Self::Thickness,
         Self::Distance,
         Self::Heat(HeatKind::AllHits),
@@ -356,6 +360,7 @@ impl Shading {
             Self::Heat(HeatKind::Steps) => "heat-steps",
             Self::Heat(HeatKind::Lines) => "heat-lines",
             Self::Heat(HeatKind::WholeRay) => "heat-whole-ray",
+            Self::Heat(HeatKind::Copies) => "heat-copies",
             Self::Heat(HeatKind::AllHits) => "heat-all-hits",
             Self::Heat(HeatKind::ClosestPoint) => "heat-closest-point",
         }
@@ -377,6 +382,7 @@ impl Shading {
             Self::Heat(HeatKind::Steps) => "Heat: wide tree steps",
             Self::Heat(HeatKind::Lines) => "Heat: cache lines",
             Self::Heat(HeatKind::WholeRay) => "Heat: whole ray",
+            Self::Heat(HeatKind::Copies) => "Heat: copies entered",
             Self::Heat(HeatKind::AllHits) => "Heat: all hits",
             Self::Heat(HeatKind::ClosestPoint) => "Heat: closest point",
         }

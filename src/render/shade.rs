@@ -153,7 +153,7 @@ pub(super) struct Heat(pub(super) HeatKind);
 impl Heat {
     fn value(&self, tests: TestCounts) -> Shaded {
         let value = match self.0 {
-            HeatKind::Containers | HeatKind::WholeRay => tests.containers,
+            HeatKind::Containers | HeatKind::WholeRay | HeatKind::Copies => tests.containers,
             HeatKind::Primitives => tests.primitives,
             _ => tests.containers + tests.primitives,
         };
@@ -171,6 +171,7 @@ impl Shade for Heat {
             HeatKind::Steps => Counting::Steps,
             HeatKind::Lines => Counting::Lines,
             HeatKind::WholeRay => Counting::WholeRay,
+            HeatKind::Copies => Counting::Copies,
             _ => Counting::Tests,
         }
     }

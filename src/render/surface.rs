@@ -235,6 +235,7 @@ const MIN_FACING: f32 = 0.02;
 fn file_tangents(scene: &Scene, orientation: &Orientation, hit: &Hit) -> Option<(Vec3, Vec3)> {
     let Attributes { corners, tangents, .. } = scene.attributes.as_ref().filter(|all| !all.tangents.is_empty())?;
     let tangent = interpolate(tangents, corners[scene.surface_of(hit.primitive_index) as usize], hit);
+    let tangent = scene.tangent_of(hit.primitive_index, tangent);
     let normal = orientation.smooth;
     let along_u = (tangent.truncate() - normal * normal.dot(tangent.truncate())).try_normalize()?;
     // The bitangent belongs to the side that the file calls the front, and points against v.

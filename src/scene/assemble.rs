@@ -13,6 +13,7 @@ use super::material::{Material, Texture};
 use super::model::Scene;
 use super::motion::Motion;
 use super::offset::MAX_COORDINATE;
+use super::placed_meshes::{PlacedMeshes, around};
 use super::smooth::SmoothNormals;
 use super::source::SceneSource;
 use crate::budget::{Budget, OverBudget};
@@ -92,6 +93,10 @@ pub(super) struct Assembly {
     pub(super) scenes: (Vec<String>, usize),
     /// How the model moves.
     pub(super) motion: Option<Motion>,
+    /// The copies of meshes whose triangles are there once.
+    pub(super) copies: Option<PlacedMeshes>,
+    /// A box around those copies.
+    pub(super) reach: Option<Aabb>,
     /// Whether the file holds a tree of its triangles.
     pub(super) has_tree: bool,
     /// Every file that was opened so far, the model first.
@@ -137,12 +142,19 @@ impl Assembly {
             lamps: Vec::new(),
             scenes: (Vec::new(), 0),
             motion: None,
+            copies: None,
+            reach: None,
             has_tree: false,
             files_read: Vec::new(),
             warnings: Warnings::default(),
             point_count: 0,
             other_contents: Vec::new(),
         }
+    }
+
+    /// The triangles so far.
+    pub(super) fn triangles(&self) -> &[Triangle] {
+        &self.triangles
     }
 
     /// Number of triangles so far.
@@ -266,11 +278,10 @@ impl Assembly {
             let problem = format!("contains more than {MAX_TRIANGLES} triangles, the most there may be");
             return Err(LoadError::of_file(&path, problem, "take a part of the model"));
         }
-        let mut bounds = Aabb::EMPTY;
-        for batch in self.triangles.chunks(BATCH_SIZE) {
-            token.check()?;
-            bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
-        }
+        let bounds = match self.reach {
+            Some(reach) => reach,
+            None => around(&self.triangles, token)?,
+        };
         let attributes = (!self.corners.is_empty()).then(|| {
             self.corners.resize(self.triangles.len(), [0; 3]);
             let end = self.vertex_count;

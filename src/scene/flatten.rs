@@ -10,55 +10,19 @@ use super::attributes::Attributes;
 use super::error::LoadError;
 use super::model::Scene;
 use super::motion::{Columns, columns, scale_of, turned, turned_tangent};
+use super::placed_meshes::{PlacedMeshes, total};
 use super::source::SceneSource;
 use crate::budget::Budget;
-use bvhscope_engine::builders::BuildError;
+use bvhscope_engine::Placed;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
-use bvhscope_engine::{Copies, Placed};
 
 /// Elements of a flat list between two entries of [`Layout::coarse`]: few copies to step over, and a small table.
 const COARSE: usize = 64;
 
 /// Bytes that a triangle of a flat scene takes with its tree, roughly: that the scene fits does not help where its tree does not.
 const TREE_BYTES_PER_TRIANGLE: u64 = 300;
-
-/// Copies of the meshes of a scene that has every mesh once, in its own coordinates: the *prototypes*.
-#[derive(Debug, Clone)]
-pub struct PlacedMeshes {
-    /// The triangles of each mesh, in the lists of the prototypes.
-    pub meshes: Vec<Range<u32>>,
-    /// The copies: which mesh each one is of, and where it stands.
-    pub placed: Vec<Placed>,
-}
-
-impl PlacedMeshes {
-    /// Number of triangles of all copies: those of the flat scene.
-    pub fn triangle_count(&self) -> u64 {
-        total(&self.meshes, &self.placed)
-    }
-
-    /// Where the copies of the meshes in `triangles` stand.
-    pub(super) fn places(&self, triangles: &[Triangle], path: &Path, token: &CancelToken) -> Result<Copies, LoadError> {
-        let bounds = |mesh: &Range<u32>| {
-            let mut bounds = Aabb::EMPTY;
-            for batch in triangles[mesh.start as usize..mesh.end as usize].chunks(BATCH_SIZE) {
-                token.check()?;
-                bounds = batch.iter().fold(bounds, |bounds, triangle| bounds.union(&triangle.bounds()));
-            }
-            Ok(bounds)
-        };
-        let bounds = self.meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
-        Copies::new(&bounds, &self.placed, token).map_err(|error| match error {
-            BuildError::Cancelled(cancelled) => LoadError::Cancelled(cancelled),
-            BuildError::Refused(text) => {
-                let (problem, advice) = text.rsplit_once("; ").unwrap_or((&text, "leave the copy out"));
-                LoadError::of_file(path, problem, advice)
-            }
-        })
-    }
-}
 
 /// The flat scene of copies of meshes: copy by copy, the triangles of each in the order of its mesh.
 ///
@@ -113,21 +77,17 @@ pub(super) fn flatten(
     })
 }
 
-/// Bytes of the flat scene, and whether it and a tree of its triangles fit into the memory budget.
-pub(super) fn flat_size(
-    prototypes: &Scene,
-    copies: &PlacedMeshes,
-    token: &CancelToken,
-) -> Result<(u64, bool), Cancelled> {
-    let counts = [copies.triangle_count(), total(&vertex_ranges(prototypes, &copies.meshes, token)?, &copies.placed)];
-    let tree = Budget::of_process().check("the tree", counts[0].saturating_mul(TREE_BYTES_PER_TRIANGLE));
-    let fits = tree.is_ok() && check_size(prototypes, counts, Budget::of_process(), Path::new("")).is_ok();
-    Ok((flat_bytes(prototypes, counts), fits))
+/// Bytes of the flat scene.
+pub(super) fn flat_size(prototypes: &Scene, copies: &PlacedMeshes, token: &CancelToken) -> Result<u64, Cancelled> {
+    let vertices = total(&vertex_ranges(prototypes, &copies.meshes, token)?, &copies.placed);
+    Ok(flat_bytes(prototypes, [copies.triangle_count(), vertices]))
 }
 
-/// The sum of the lengths of `ranges` over the copies.
-fn total(ranges: &[Range<u32>], placed: &[Placed]) -> u64 {
-    placed.iter().map(|copy| ranges[copy.mesh as usize].len() as u64).sum()
+/// Whether a flat scene of so many triangles and bytes, and a tree of its triangles, fit into the memory budget.
+pub(super) fn fits_flat(triangles: u64, bytes: u64) -> bool {
+    let fits = |bytes: u64| Budget::of_process().check("the copies", bytes).is_ok();
+    let tree = triangles.saturating_mul(TREE_BYTES_PER_TRIANGLE);
+    triangles <= MAX_TRIANGLES as u64 && fits(bytes) && fits(tree)
 }
 
 /// The vertices of each mesh; none of one without attributes. Vertex 0, which has default attributes, is shared by all.

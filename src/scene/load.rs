@@ -15,6 +15,7 @@ use super::read::read_model;
 use super::recognise::{recognise, unlike_obj};
 use super::row::FileRow;
 use super::source::SceneSource;
+use super::two_levels::two_levels;
 use super::{builtin, gltf, interior, obj, pbrt, ply, sequence, stl, subject, tree_file};
 use bvhscope_engine::cancel::CancelToken;
 
@@ -59,14 +60,24 @@ fn load_file(
     assembly.files_read.insert(0, path.to_path_buf());
     token.check()?;
     token.set_progress(1.0);
-    assembly.finish(source, up, token)
+    finish(assembly, source, up, token)
+}
+
+/// The scene of what was read, in two levels where its copies were kept.
+fn finish(mut assembly: Assembly, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
+    let copies = assembly.copies.take();
+    let scene = assembly.finish(source, up, token)?;
+    match copies {
+        Some(copies) => two_levels(scene, copies, token),
+        None => Ok(scene),
+    }
 }
 
 /// Loads a model from `bytes` as if they were the contents of a file at `path`, whose extension and folder are used.
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     let bytes = unpacked(path, Cow::Borrowed(bytes), token)?;
     let (assembly, up) = read_bytes(path, &bytes, options, token)?;
-    assembly.finish(&SceneSource::File(path.to_path_buf()), up, token)
+    finish(assembly, &SceneSource::File(path.to_path_buf()), up, token)
 }
 
 /// Reads the contents of a file; also returns its up direction.

@@ -56,6 +56,9 @@ mod assemble;
 #[allow(clippy::arithmetic_side_effects, reason = "sizes of lists in memory, which were checked, and vectors")]
 mod flatten;
 
+#[allow(clippy::arithmetic_side_effects, reason = "a sum of 64 bits of lengths of 32")]
+mod placed_meshes;
+
 mod two_levels;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]

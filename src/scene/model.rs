@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 use super::attributes::{Attributes, Surface};
 use super::error::{FileLocation, LoadError, Warning, Warnings};
@@ -276,6 +276,12 @@ impl Scene {
     #[inline]
     pub fn normals_of(&self, hit: u32, normals: [Vec3; 3]) -> [Vec3; 3] {
         self.copies.as_ref().map_or(normals, |copies| copies.normals(hit, normals))
+    }
+
+    /// A tangent on a triangle that a hit names, in the world.
+    #[inline]
+    pub fn tangent_of(&self, hit: u32, tangent: Vec4) -> Vec4 {
+        self.copies.as_ref().map_or(tangent, |copies| copies.tangent(hit, tangent))
     }
 
     /// The material of a triangle that a hit names.

@@ -1,9 +1,11 @@
 //! Copies of meshes in a scene of two levels, whose triangles exist once a mesh.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use bvhscope_engine::Copies;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
@@ -112,6 +114,13 @@ impl SceneCopies {
         normals.map(|normal| place.normal(normal).normalize_or_zero())
     }
 
+    /// A tangent of the mesh that has the triangle of a number, in the world; its length is another.
+    pub fn tangent(&self, number: u32, tangent: Vec4) -> Vec4 {
+        let place = self.copies.place(self.copy_of(number));
+        let sign = if place.is_mirrored() { -1.0 } else { 1.0 };
+        place.direction(tangent.truncate()).extend(tangent.w * sign)
+    }
+
     /// The triangle across a box around each copy. The tree over them is that over the copies; the boxes lie closer around copies that are
     /// turned than the turned boxes of their meshes, as they are around the parts of a mesh in each octant of its box.
     pub(super) fn stand_ins(&self, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
@@ -131,28 +140,72 @@ impl SceneCopies {
 
     /// The box around all triangles, which is that of the flat scene. Of the copies, which lie within the boxes of `stand_ins`, those alone
     /// are looked at that may reach farthest.
-    pub(super) fn bounds(&self, stand_ins: &[Triangle]) -> Aabb {
-        let farthest = |reach: &dyn Fn(&Aabb) -> f32| {
-            let exact = |copy: usize| {
-                let place = self.copies.place(copy as u32);
-                let triangles = self.mesh(self.copies.mesh(copy as u32)).iter();
-                triangles.map(|triangle| reach(&place.triangle(triangle).bounds())).fold(f32::NEG_INFINITY, f32::max)
-            };
-            let reaches = || stand_ins.iter().map(|stand_in| reach(&stand_in.bounds())).enumerate();
-            // That of the farthest box first, so that few others are looked at.
-            let first =
-                reaches().max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(f32::NEG_INFINITY, |(copy, _)| exact(copy));
-            reaches().fold(first, |most, (copy, reach)| if reach > most { most.max(exact(copy)) } else { most })
-        };
-        let axes = [0, 1, 2];
-        let min = axes.map(|axis| -farthest(&|bounds| -bounds.min[axis]));
-        let max = axes.map(|axis| farthest(&|bounds| bounds.max[axis]));
-        Aabb { min: min.into(), max: max.into() }
+    pub(super) fn bounds(&self, stand_ins: &[Triangle], token: &CancelToken) -> Result<Aabb, Cancelled> {
+        let mut bounds = Aabb::EMPTY;
+        for axis in 0..3 {
+            let mut ends = Ends { copies: self, axis, known: HashMap::new(), token };
+            bounds.min[axis] = -ends.farthest(-1.0, |copy| -stand_ins[copy].bounds().min[axis])?;
+            bounds.max[axis] = ends.farthest(1.0, |copy| stand_ins[copy].bounds().max[axis])?;
+        }
+        Ok(bounds)
     }
 
     /// Bytes of triangles and copies.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.triangles[..]) + self.copies.bytes() + size_of_val(&self.firsts[..])
+    }
+}
+
+/// How far copies reach along an axis.
+struct Ends<'a> {
+    copies: &'a SceneCopies,
+    axis: usize,
+    /// The least and the largest sum of the products of a corner by mesh and factors: it is the same in copies that stand elsewhere.
+    known: HashMap<(u32, [u32; 3]), [f32; 2]>,
+    token: &'a CancelToken,
+}
+
+impl Ends<'_> {
+    /// The coordinate times `side`, 1 or -1, of the farthest corner that way; no copy reaches farther than `limit` has it.
+    fn farthest(&mut self, side: f32, limit: impl Fn(usize) -> f32) -> Result<f32, Cancelled> {
+        let mut most = f32::NEG_INFINITY;
+        let (all, mut farthest) = (self.copies.copies.len(), 0);
+        for copy in 0..all {
+            self.token.check_every(MEDIUM_STEPS, copy)?;
+            if limit(copy) > limit(farthest) {
+                farthest = copy;
+            }
+        }
+        // The farthest first, so that few others are looked at.
+        for copy in std::iter::once(farthest).chain(0..all) {
+            self.token.check_every(MEDIUM_STEPS, copy)?;
+            if limit(copy) > most {
+                most = most.max(self.reach(copy as u32, side)?);
+            }
+        }
+        Ok(most)
+    }
+
+    /// [`Ends::farthest`] of a copy. Sums are rounded in the order of [`Placement::point`](bvhscope_engine::geometry::Placement::point), whose
+    /// last, of the translation, keeps the order of the sums before it.
+    fn reach(&mut self, copy: u32, side: f32) -> Result<f32, Cancelled> {
+        let mesh = self.copies.copies.mesh(copy);
+        let [x, y, z, translation] = self.copies.copies.place(copy).rows()[self.axis];
+        let [least, largest] = match self.known.entry((mesh, [x, y, z].map(f32::to_bits))) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(new) => {
+                let mut ends = [f32::INFINITY, f32::NEG_INFINITY];
+                for (index, triangle) in self.copies.mesh(mesh).iter().enumerate() {
+                    self.token.check_every(MEDIUM_STEPS, index)?;
+                    for corner in [triangle.a, triangle.b, triangle.c] {
+                        let sum = corner.x * x + corner.y * y + corner.z * z;
+                        ends = [ends[0].min(sum), ends[1].max(sum)];
+                    }
+                }
+                *new.insert(ends)
+            }
+        };
+        Ok(side * (if side < 0.0 { least } else { largest } + translation))
     }
 }
 

@@ -12,7 +12,7 @@ use super::attributes::Surface;
 use super::error::{FileLocation, LoadError};
 use super::model::Scene;
 use super::motion::{Clip, Moment, Motion, Mover, Pose};
-use super::options::LoadOptions;
+use super::options::{Instancing, LoadOptions};
 use super::row::{FileRow, NumberedFile};
 use super::source::SceneSource;
 use crate::budget::Budget;
@@ -86,6 +86,8 @@ fn load_within(
     room: u64,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
+    // Moments are flat.
+    let options = &LoadOptions { instances: Instancing::Flat, ..options.clone() };
     let mut files = row.files(token)?;
     let beyond = files.len().saturating_sub(MAX_FRAMES);
     files.truncate(MAX_FRAMES);

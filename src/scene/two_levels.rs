@@ -1,12 +1,13 @@
 //! Scenes made of copies of meshes, flat or in two levels.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::error::LoadError;
-use super::flatten::{PlacedMeshes, check_count, flat_size, flatten};
+use super::flatten::{check_count, fits_flat, flat_size, flatten};
 use super::model::Scene;
 use super::options::Instancing;
+use super::placed_meshes::PlacedMeshes;
 use super::scene_copies::SceneCopies;
 use crate::budget::Budget;
 use bvhscope_engine::Placed;
@@ -23,12 +24,26 @@ pub(super) fn of_copies(
     instances: Instancing,
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
-    let (flat_bytes, fits) = flat_size(&prototypes, &copies, token)?;
-    if instances == Instancing::Flat || instances == Instancing::Auto && fits {
+    if is_flat(instances, copies.triangle_count(), flat_size(&prototypes, &copies, token)?) {
         let source = prototypes.source.clone();
         return flatten(&prototypes, &copies, &source, token);
     }
-    two_levels(prototypes, copies, flat_bytes, token)
+    two_levels(prototypes, copies, token)
+}
+
+/// Whether a scene of copies is flat, which then has so many triangles and takes so many bytes.
+pub(super) fn is_flat(instances: Instancing, triangles: u64, bytes: u64) -> bool {
+    match instances {
+        Instancing::Auto => fits_flat(triangles, bytes),
+        Instancing::Flat => true,
+        Instancing::TwoLevel => false,
+    }
+}
+
+/// Checks that so many copies fit into the memory budget, before any is made.
+pub(super) fn check_copies(count: u64, path: &Path) -> Result<(), LoadError> {
+    let bytes = BYTES_PER_COPY.saturating_mul(count);
+    Budget::of_process().check("the copies", bytes).map_err(|error| LoadError::over_budget(path, &error))
 }
 
 /// A scene of two levels of `copies` of the meshes in `scene`.
@@ -37,21 +52,16 @@ pub(super) fn of_copies(
 ///
 /// If they exceed the memory budget or the triangles of all copies indices of 32 bits, for a copy that has no place, and once `token` is
 /// cancelled.
-fn two_levels(
-    mut scene: Scene,
-    copies: PlacedMeshes,
-    flat_bytes: u64,
-    token: &CancelToken,
-) -> Result<Scene, LoadError> {
-    let path = PathBuf::from(scene.source.to_string());
-    let bytes = BYTES_PER_COPY.saturating_mul(copies.placed.len() as u64);
-    Budget::of_process().check("the copies", bytes).map_err(|error| LoadError::over_budget(&path, &error))?;
+pub(super) fn two_levels(mut scene: Scene, copies: PlacedMeshes, token: &CancelToken) -> Result<Scene, LoadError> {
+    let path = scene.source.path().map_or_else(|| scene.source.to_string().into(), Path::to_path_buf);
+    check_copies(copies.placed.len() as u64, &path)?;
+    let flat_bytes = flat_size(&scene, &copies, token)?;
     check_count(copies.triangle_count(), "triangles", &path)?;
     let places = copies.places(&scene.triangles, &path, token)?;
     let triangles = std::mem::take(&mut scene.triangles);
     let copies = SceneCopies::new(triangles, copies.meshes, places, flat_bytes, token)?;
     scene.triangles = copies.stand_ins(token)?;
-    scene.bounds = copies.bounds(&scene.triangles);
+    scene.bounds = copies.bounds(&scene.triangles, token)?;
     scene.mesh_count = copies.mesh_count();
     scene.copies = Some(Arc::new(copies));
     Ok(scene)

@@ -25,6 +25,7 @@ mod gltf_warnings;
 mod hostile_files;
 mod hostile_gltf;
 mod interiors;
+mod kept_copies;
 #[cfg(target_os = "linux")]
 mod messages;
 mod mutations;

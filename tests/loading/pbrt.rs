@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bvhscope::camera::Projection;
-use bvhscope::scene::{LoadError, LoadOptions, Scene, load_bytes};
+use bvhscope::scene::{Instancing, LoadError, LoadOptions, Scene, load_bytes};
 use bvhscope::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use glam::Vec3;
@@ -409,9 +409,12 @@ fn scenes_far_from_the_origin_keep_their_decimals() {
 }
 
 #[test]
-fn copies_without_measure_are_refused() {
+fn flat_copies_without_measure_are_refused() {
     let object = format!("ObjectBegin \"a\"\n{}ObjectEnd\n", "Shape \"sphere\"\n".repeat(100));
-    let message = load(&(object + &"ObjectInstance \"a\"\n".repeat(2800))).unwrap_err().to_string();
+    let options = LoadOptions { instances: Instancing::Flat, ..LoadOptions::default() };
+    let text = object + &"ObjectInstance \"a\"\n".repeat(2800);
+    let message =
+        load_bytes(Path::new("a.pbrt"), text.as_bytes(), &options, &CancelToken::new()).unwrap_err().to_string();
     // 960 triangles for each sphere.
     assert!(message.contains("contains 268800000 triangles with all copies, more than 268435456"), "{message}");
 }

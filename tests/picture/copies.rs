@@ -70,7 +70,15 @@ fn rays_find_what_they_find_in_the_flat_scene() {
             let point = ray.at(0.1 * index as f32 / rays.len() as f32);
             assert_eq!(of_copies.closest_point(point), of_flat.closest_point(point), "{name}: {point}");
         }
-        for counting in [Counting::Nothing, Counting::Tests, Counting::Steps, Counting::Lines, Counting::WholeRay] {
+        let ways = [
+            Counting::Nothing,
+            Counting::Tests,
+            Counting::Steps,
+            Counting::Lines,
+            Counting::WholeRay,
+            Counting::Copies,
+        ];
+        for counting in ways {
             for traversal in Traversal::ALL {
                 let mut counted = vec![(None, TestCounts::default()); rays.len()];
                 of_copies.counted(&rays, CountedQuery { counting, traversal, passes: &|_| false }, &mut counted);

@@ -98,6 +98,22 @@ impl Placement {
         (direction / direction.abs().max_element().max(f64::MIN_POSITIVE)).as_vec3()
     }
 
+    /// Factors of the coordinates and the translation, by axis of the world, see [`Placement::point`].
+    pub fn rows(&self) -> &[[f32; 4]; 3] {
+        &self.rows
+    }
+
+    /// The direction in the world of one in the mesh, stretched as the copy is.
+    pub fn direction(&self, direction: Vec3) -> Vec3 {
+        let component = |[x, y, z, _]: [f32; 4]| direction.x * x + direction.y * y + direction.z * z;
+        Vec3::from_array(self.rows.map(component))
+    }
+
+    /// Whether the copy is mirrored, so that its triangles turn the other way around.
+    pub fn is_mirrored(&self) -> bool {
+        self.inverse.determinant() < 0.0
+    }
+
     /// A box in the world around all that [`Placement::point`] makes of points in `bounds`; empty where that is empty.
     pub fn bounds(&self, bounds: &Aabb) -> Aabb {
         if bounds.is_empty() {
@@ -124,8 +140,7 @@ impl Placement {
         let origin = self.inverse * (ray.origin.as_dvec3() - DVec3::new(x, y, z));
         let direction = self.inverse * ray.direction.as_dvec3();
         // So that neither its square nor its reciprocal leaves the range.
-        let exponent = direction.abs().max_element().log2().floor();
-        let (scale, per_distance) = (f64::exp2(-exponent), f64::exp2(exponent) as f32);
+        let (scale, per_distance) = powers(direction.abs().max_element())?;
         let carried = Ray {
             origin: origin.as_vec3(),
             direction: (direction * scale).as_vec3(),
@@ -135,10 +150,19 @@ impl Placement {
         let reach = (self.reach + f64::from(ray.origin.abs().max_element())) * CARRY_PAD;
         let rows = self.inverse.transpose();
         let widening = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row.abs().element_sum() * reach) as f32);
-        let fits = carried.origin.is_finite() && per_distance.is_normal() && carried.direction.is_finite();
+        let fits = carried.origin.is_finite() && carried.direction.is_finite();
         let carried = CarriedRay { ray: carried, per_distance, widening };
         fits.then(|| CarriedRay { ray: Ray { t_max: carried.distance(ray.t_max), ..carried.ray }, ..carried })
     }
+}
+
+/// The power of two by which `length` is divided to be from 1 to below 2, inverted, and itself; `None` where one of them has no normal
+/// number of its precision.
+#[inline(always)]
+fn powers(length: f64) -> Option<(f64, f32)> {
+    // The exponent without the fraction.
+    let power = f64::from_bits(length.to_bits() & f64::INFINITY.to_bits());
+    (power as f32).is_normal().then(|| (1.0 / power, power as f32))
 }
 
 impl CarriedRay {

@@ -21,9 +21,9 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::LoadError;
-use super::flatten::PlacedMeshes;
 use super::model::Scene;
 use super::options::Instancing;
+use super::placed_meshes::PlacedMeshes;
 use super::source::BUILTIN_SCENES;
 use super::source::SceneSource;
 use super::two_levels::of_copies;

@@ -7,7 +7,7 @@ use super::mesh::Mesh;
 use super::shapes::{Random, paint};
 use super::terrain::noise;
 use crate::scene::assemble::Assembly;
-use crate::scene::flatten::PlacedMeshes;
+use crate::scene::placed_meshes::PlacedMeshes;
 use bvhscope_engine::Placed;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::kernel::parallel::par_collect;

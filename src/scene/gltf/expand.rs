@@ -1,20 +1,29 @@
 //! Appends all copies of all meshes to the scene, each with the transform of its node or its joints.
 
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::{DMat4, DVec3, Mat4, Vec3, Vec4};
+use glam::{Affine3A, DMat4, DVec3, Mat4, Vec3, Vec4};
 
+use super::MAX_TRIANGLES;
 use super::instances::Instances;
 use super::nodes::Placement;
 use super::primitive::Primitive;
 use super::skin::Skin;
-use crate::scene::assemble::{Assembly, BATCH_SIZE, VertexLists, check_vertices, collect_cancellable, offset_corners};
+use crate::scene::assemble::{
+    Assembly, BATCH_SIZE, BYTES_PER_TRIANGLE, BYTES_PER_VERTEX, VertexLists, check_vertices, collect_cancellable,
+    offset_corners,
+};
 use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::motion::{Hold, Shape, Vertices};
 use crate::scene::offset::Extent;
+use crate::scene::options::Instancing;
+use crate::scene::placed_meshes::KeptCopies;
 use crate::scene::read::READ_PROGRESS;
+use crate::scene::two_levels::is_flat;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
 
@@ -32,6 +41,12 @@ pub(super) struct Copies<'a> {
 }
 
 impl Copies<'_> {
+    /// The mesh whose copies these are, as a node with weights of its own shows it; `None` under a skin, which places each vertex.
+    fn mesh(&self) -> Option<(usize, Option<usize>)> {
+        let is_plain = self.weights.iter().all(|&weight| weight == 0.0);
+        self.joints.is_none().then_some((self.placement.mesh, (!is_plain).then_some(self.placement.node)))
+    }
+
     /// Transforms of one copy from mesh space to the world: one, or one for each joint.
     fn transforms(&self, copy: usize) -> impl Iterator<Item = DMat4> {
         let (joints, node) = match &self.joints {
@@ -42,27 +57,34 @@ impl Copies<'_> {
     }
 }
 
-/// Appends all copies of all meshes. Returns those to be kept.
+/// Appends all copies of all meshes, or each mesh once and its copies apart. Returns those that clips move.
 pub(super) fn expand(
     path: &Path,
     copies: &[Copies],
     meshes: &[Option<Vec<Primitive>>],
+    instances: Instancing,
     assembly: &mut Assembly,
     token: &CancelToken,
 ) -> Result<Vec<Placed>, LoadError> {
     let primitives = |of: &Copies| meshes.get(of.placement.mesh).and_then(Option::as_deref).unwrap_or_default();
-    let (mut triangles, mut vertices) = (0_usize, 0_usize);
-    for one in copies {
-        token.check()?;
-        for primitive in primitives(one) {
-            let sum = |total: usize, count: usize| total.saturating_add(count.saturating_mul(one.instances.count()));
-            triangles = sum(triangles, primitive.triangles.len());
-            vertices = sum(vertices, if primitive.has_attributes() { primitive.shape.positions.len() } else { 0 });
-        }
-    }
-    check_vertices(vertices).map_err(|error| error.in_file(path))?;
-    assembly.reserve(triangles).map_err(|error| error.in_file(path))?;
+    let triangles_of =
+        |of: &Copies| primitives(of).iter().fold(0, |sum: u64, one| sum.saturating_add(one.triangles.len() as u64));
+    let with_attributes = |of: &Copies| primitives(of).iter().filter(|one| one.has_attributes());
+    let vertices_of =
+        |of: &Copies| with_attributes(of).fold(0, |sum: u64, one| sum.saturating_add(one.shape.positions.len() as u64));
+    let (triangles, vertices) = (counts(copies, triangles_of, token)?, counts(copies, vertices_of, token)?);
+    let bytes =
+        triangles[0].saturating_mul(BYTES_PER_TRIANGLE).saturating_add(vertices[0].saturating_mul(BYTES_PER_VERTEX));
+    let has_copies = triangles[1] < triangles[0] || instances == Instancing::TwoLevel;
+    let is_flat = !has_copies || triangles[0] <= MAX_TRIANGLES && is_flat(instances, triangles[0], bytes);
+    let made = |[all, once]: [u64; 2]| usize::try_from(if is_flat { all } else { once }).unwrap_or(usize::MAX);
+    check_vertices(made(vertices)).map_err(|error| error.in_file(path))?;
+    assembly.reserve(made(triangles)).map_err(|error| error.in_file(path))?;
     assembly.offset = offset(copies, primitives, token)?;
+    if !is_flat {
+        keep(copies, primitives, assembly, token)?;
+        return Ok(Vec::new());
+    }
     let to_scene = DMat4::from_translation(-assembly.offset);
     let (mut done, mut placed) = (0_usize, Vec::new());
     for (index, one) in copies.iter().enumerate() {
@@ -72,16 +94,13 @@ pub(super) fn expand(
         }
         for copy in 0..one.instances.count() {
             token.check()?;
-            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / triangles as f32);
+            token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * done as f32 / triangles[0] as f32);
             let transforms: Vec<Mat4> =
                 one.transforms(copy).map(|transform| (to_scene * transform).as_mat4()).collect();
             for primitive in primitives(one) {
-                let (shape, faulty) = held(&primitive.shape, one);
-                let what = "vertices held by joints that do not exist";
-                let location = || FileLocation::Json(format!("nodes[{}].skin", one.placement.node));
-                assembly.warnings.add_many(faulty, what, location);
                 let first_triangle = assembly.triangle_count();
-                let (first_vertex, corners) = add_primitive(primitive, &shape, &transforms, one, assembly, token)?;
+                let (shape, first_vertex, corners) =
+                    add_primitive(primitive, &transforms, false, one, assembly, token)?;
                 if one.is_kept {
                     placed.push(Placed { copy: [index, copy], shape, first_vertex, corners, first_triangle });
                 }
@@ -90,6 +109,66 @@ pub(super) fn expand(
         }
     }
     Ok(placed)
+}
+
+/// Sums of `of` each mesh: over all copies, and over each mesh that is made once.
+pub(super) fn counts(
+    copies: &[Copies],
+    of: impl Fn(&Copies) -> u64,
+    token: &CancelToken,
+) -> Result<[u64; 2], Cancelled> {
+    let (mut all, mut once, mut known) = (0_u64, 0_u64, HashSet::new());
+    for one in copies {
+        token.check()?;
+        let (count, copies) = (of(one), one.instances.count() as u64);
+        all = all.saturating_add(count.saturating_mul(copies));
+        let made = one.mesh().map_or(copies, |mesh| u64::from(copies > 0 && known.insert(mesh)));
+        once = once.saturating_add(count.saturating_mul(made));
+    }
+    Ok([all, once])
+}
+
+/// Appends each mesh once, as copies that are mirrored and others show it, and its copies apart. Copies without a place of their own, as by
+/// skins or by transforms that flatten them, are meshes of one copy.
+fn keep<'a>(
+    copies: &[Copies],
+    primitives: impl Fn(&Copies) -> &'a [Primitive],
+    assembly: &mut Assembly,
+    token: &CancelToken,
+) -> Result<(), Cancelled> {
+    let to_scene = DMat4::from_translation(-assembly.offset);
+    let (mut kept, mut known) = (KeptCopies::new(), HashMap::new());
+    for (index, one) in copies.iter().enumerate() {
+        token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / copies.len() as f32);
+        for copy in 0..one.instances.count() {
+            token.check()?;
+            let transforms: Vec<Mat4> =
+                one.transforms(copy).map(|transform| (to_scene * transform).as_mat4()).collect();
+            let is_mirrored = transforms.iter().all(|transform| transform.determinant() < 0.0);
+            let mut add = |transforms: &[Mat4], is_mirrored: bool, kept: &mut KeptCopies| {
+                let first = assembly.triangle_count();
+                for primitive in primitives(one) {
+                    add_primitive(primitive, transforms, is_mirrored, one, assembly, token)?;
+                }
+                kept.add_mesh(assembly.triangles(), first, token)
+            };
+            if let (Some(mesh), [transform]) = (one.mesh(), &transforms[..]) {
+                let mesh = match known.entry((mesh, is_mirrored)) {
+                    Entry::Occupied(known) => *known.get(),
+                    Entry::Vacant(new) => *new.insert(add(&[Mat4::IDENTITY], is_mirrored, &mut kept)?),
+                };
+                if mesh.is_none_or(|mesh| kept.place(mesh, Affine3A::from_mat4(*transform))) {
+                    continue;
+                }
+            }
+            if let Some(mesh) = add(&transforms, false, &mut kept)? {
+                kept.place(mesh, Affine3A::IDENTITY);
+            }
+        }
+    }
+    let (copies, reach) = kept.finish();
+    (assembly.copies, assembly.reach) = (Some(copies), Some(reach));
+    Ok(())
 }
 
 /// The offset of the scene. Where the vertices themselves are far from the origin, which single precision has rounded in the file,
@@ -134,6 +213,9 @@ pub(super) struct Placed {
     pub(super) first_triangle: usize,
 }
 
+/// Shape, first vertex and corners of a primitive in the scene, as [`Placed`] has them.
+type AddedPrimitive = (Arc<Shape>, Option<u32>, Vec<[u32; 3]>);
+
 /// The shape of a primitive for the joints of `one`, and how many of its vertices name a joint that the skin does not have.
 fn held(shape: &Arc<Shape>, one: &Copies) -> (Arc<Shape>, u64) {
     let Some(joints) = one.joints.as_ref().map(Vec::len) else { return (Arc::clone(shape), 0) };
@@ -146,15 +228,20 @@ fn held(shape: &Arc<Shape>, one: &Copies) -> (Arc<Shape>, u64) {
     (Arc::new(own), faulty)
 }
 
-/// Appends a primitive of `one` with one transform, or with those of its joints.
+/// Appends a primitive of `one` with one transform, or with those of its joints; with its triangles turned around where `is_mirrored` by a
+/// transform that they have not got yet.
 fn add_primitive(
     primitive: &Primitive,
-    shape: &Shape,
     transforms: &[Mat4],
+    is_mirrored: bool,
     one: &Copies,
     assembly: &mut Assembly,
     token: &CancelToken,
-) -> Result<(Option<u32>, Vec<[u32; 3]>), Cancelled> {
+) -> Result<AddedPrimitive, Cancelled> {
+    let (shape, faulty) = held(&primitive.shape, one);
+    let what = "vertices held by joints that do not exist";
+    let location = || FileLocation::Json(format!("nodes[{}].skin", one.placement.node));
+    assembly.warnings.add_many(faulty, what, location);
     let count = shape.positions.len();
     let mut positions = vec![Vec3::ZERO; count];
     let mut normals = vec![Vec3::ZERO; shape.normals.len()];
@@ -180,7 +267,7 @@ fn add_primitive(
     for (k, &[a, b, c]) in primitive.triangles.iter().enumerate() {
         token.check_every(BATCH_SIZE, k)?;
         // A mirroring transform reverses the winding; swapping two corners restores it.
-        let own = if shape.is_mirrored(a as usize, transforms) { [a, c, b] } else { [a, b, c] };
+        let own = if shape.is_mirrored(a as usize, transforms) == is_mirrored { [a, b, c] } else { [a, c, b] };
         // A hidden triangle is a point, which no ray hits, until a clip shows it.
         let shown = if one.placement.is_hidden { [a; 3] } else { own };
         let [a, b, c] = shown.map(|corner| positions[corner as usize]);
@@ -190,5 +277,5 @@ fn add_primitive(
             kept.push(own);
         }
     }
-    Ok((first, kept))
+    Ok((shape, first, kept))
 }

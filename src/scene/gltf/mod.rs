@@ -31,18 +31,20 @@ use std::path::Path;
 use self::accessor::{AccessorError, Accessors};
 use self::animation::Animations;
 use self::document::Document;
-use self::expand::{Copies, expand};
+use self::expand::{Copies, counts, expand};
 use self::nodes::{Hierarchy, Ordered};
 use self::primitive::{Decoded, MaterialUse, Primitive, declared_triangles};
 use self::skin::Skins;
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
+use super::flatten::check_count;
 use super::images::Images;
-use super::options::LoadOptions;
+use super::options::{Instancing, LoadOptions};
+use super::two_levels::check_copies;
 use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// Maximum number of triangles, copies included; more are taken for a mistake or an attack.
+/// Maximum number of triangles that are made; more are taken for a mistake or an attack.
 const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// Loads a glTF or GLB file from memory.
@@ -64,7 +66,11 @@ pub(super) fn load(
     assembly.scenes = (document.gltf.scenes().map(name).collect(), hierarchy.scene);
     let animations = animation::read(&document, &accessors, &hierarchy.order, &mut assembly.warnings, token)?;
     rig::count_carried(&document, &hierarchy.order, &animations.moved_nodes(), &mut assembly.warnings, token)?;
-    let (copies, order) = plan(path, &document, &accessors, hierarchy, &animations, assembly, token)?;
+    if options.instances == Instancing::TwoLevel && !animations.clips.is_empty() {
+        assembly.warnings.add("copies of a model that moves flattened", || FileLocation::Json("animations".to_owned()));
+    }
+    let instances = if animations.clips.is_empty() { options.instances } else { Instancing::Flat };
+    let (copies, order) = plan(path, &document, &accessors, hierarchy, (&animations, instances), assembly, token)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);
     token.check()?;
@@ -89,7 +95,7 @@ pub(super) fn load(
     if !meshes.iter().flatten().flatten().any(|primitive| primitive.material == default) {
         assembly.materials.pop();
     }
-    let placed = expand(path, &copies, &meshes, assembly, token)?;
+    let placed = expand(path, &copies, &meshes, instances, assembly, token)?;
     if !animations.clips.is_empty() {
         assembly.motion = Some(rig::motion(&document, animations, &order, &copies, placed, assembly));
     }
@@ -102,12 +108,12 @@ fn plan<'a>(
     document: &'a Document,
     accessors: &Accessors<'a>,
     hierarchy: Hierarchy,
-    animations: &Animations,
+    (animations, instances): (&Animations, Instancing),
     assembly: &mut Assembly,
     token: &CancelToken,
 ) -> Result<(Vec<Copies<'a>>, Vec<Ordered>), LoadError> {
     let mut declared: Vec<Option<u64>> = vec![None; document.gltf.meshes().len()];
-    let (mut copies, mut total) = (Vec::with_capacity(hierarchy.placements.len()), 0_u64);
+    let mut copies = Vec::with_capacity(hierarchy.placements.len());
     let (mut skins, is_kept) = (Skins::default(), !animations.clips.is_empty());
     for placement in hierarchy.placements {
         token.check()?;
@@ -121,19 +127,16 @@ fn plan<'a>(
             assembly.warnings.add("nodes with a mesh that the file hides left out", location);
             continue;
         }
-        let once = if let Some(known) = *declared {
-            known
-        } else {
+        if declared.is_none() {
             let mut once = 0_u64;
             for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
                 token.check()?;
                 once = once.saturating_add(declared_triangles(&primitive, accessors, token)?);
             }
-            *declared.insert(once)
-        };
+            *declared = Some(once);
+        }
         let warnings = &mut assembly.warnings;
         let instances = instances::read(&node, &document.gltf, accessors, warnings, token)?;
-        total = total.saturating_add(once.saturating_mul(instances.count() as u64));
         let skin = match node.skin() {
             Some(skin) => skins.get(&skin, &hierarchy.worlds, accessors, warnings, token)?,
             None => None,
@@ -148,9 +151,17 @@ fn plan<'a>(
         }
         copies.push(Copies { placement, instances, skin, joints, weights, is_kept });
     }
-    if total > MAX_TRIANGLES {
-        let problem = format!("contains {total} triangles with all copies, more than {MAX_TRIANGLES}");
+    let triangles = |of: &Copies| declared.get(of.placement.mesh).copied().flatten().unwrap_or(0);
+    let [all, once] = counts(&copies, triangles, token)?;
+    let made = if instances == Instancing::Flat { all } else { once };
+    if made > MAX_TRIANGLES {
+        let problem = format!("contains {all} triangles with all copies, more than {MAX_TRIANGLES}");
         return Err(LoadError::of_file(path, problem, "take a part of the model"));
+    }
+    if instances != Instancing::Flat {
+        let count = copies.iter().fold(0_u64, |sum, one| sum.saturating_add(one.instances.count() as u64));
+        check_copies(count, path)?;
+        check_count(all, "triangles", path)?;
     }
     Ok((copies, hierarchy.order))
 }

@@ -55,10 +55,11 @@ pub(in crate::scene) fn columns(matrix: &Mat4) -> Columns {
     [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis].map(Vec3A::from_vec4)
 }
 
-/// A point moved by a transform.
+/// A point moved by a transform, rounded as [`Placement::point`](bvhscope_engine::geometry::Placement::point) rounds, so that a flat scene
+/// and one of two levels have the same hits.
 #[inline]
 fn moved([x, y, z, w]: Columns, point: Vec3) -> Vec3 {
-    (x * point.x + (y * point.y + (z * point.z + w))).into()
+    (x * point.x + y * point.y + z * point.z + w).into()
 }
 
 /// A normal turned by a transform: by its cofactors, which are the inverse transpose up to a factor and also exist for singular

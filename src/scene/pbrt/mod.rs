@@ -88,6 +88,6 @@ pub(super) fn load(
     let Reader { assembly, surfaces, placed, film, .. } = reader;
     surfaces.images.finish(assembly);
     let up = film.finish(assembly);
-    placed.finish(path, assembly, token)?;
+    placed.finish(path, options.instances, assembly, token)?;
     Ok(up)
 }

@@ -41,11 +41,19 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>>(
 ) {
     let block_ray = BlockRay::new(lanes, 0);
     let walk = Walk { start: root, t_max: list.t_max(), is_ordered: list.is_limited() };
-    each_leaf(simd, tree, walk, container_ray, &mut NoProbe, |leaf, _| {
-        let t_max = list.t_max();
-        for block in tree.leaves.blocks(leaf) {
-            block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));
-        }
-        ControlFlow::Continue(list.t_max())
-    });
+    each_leaf(
+        simd,
+        tree,
+        walk,
+        container_ray,
+        &mut NoProbe,
+        #[inline(always)]
+        |leaf, _| {
+            let t_max = list.t_max();
+            for block in tree.leaves.blocks(leaf) {
+                block_ray.each_hit(simd, block, ray, t_max, |hit, index| list.add(hit.of(index)));
+            }
+            ControlFlow::Continue(list.t_max())
+        },
+    );
 }

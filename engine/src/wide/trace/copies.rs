@@ -87,12 +87,17 @@ fn walk<S: Simd, T: LaneTest<S, BoxLanes>, P: Probe>(
     found: Found<'_>,
 ) {
     let walk = Walk { start: copy.start, t_max: carried.distance(t_max), is_ordered: true };
-    each_leaf(simd, copy.tree, walk, boxes, probe, |leaf, probe| {
-        match visit_leaf(simd, copy, world, leaf, &mut t_max, probe, found) {
-            ControlFlow::Continue(()) => ControlFlow::Continue(carried.distance(t_max)),
-            ControlFlow::Break(()) => ControlFlow::Break(()),
-        }
-    });
+    each_leaf(
+        simd,
+        copy.tree,
+        walk,
+        boxes,
+        probe,
+        #[inline(always)]
+        |leaf, probe| {
+            visit_leaf(simd, copy, world, leaf, &mut t_max, probe, found).map_continue(|()| carried.distance(t_max))
+        },
+    );
 }
 
 /// [`each_hit`] of every triangle, for a ray that cannot be carried into the coordinates of the mesh.
@@ -150,9 +155,10 @@ fn visit_leaf<S: Simd, P: Probe>(
 #[inline(always)]
 fn placed<S: Simd>(simd: S, block: TriangleBlock<'_>, place: &Placement) -> [f32; WINDOW] {
     let [x, y, z] = each!(axis => block.corners(simd, 8 * axis as u32));
-    let splat = |value| f32x4::splat(simd, value);
     let placed = each!(axis => {
-        let [mx, my, mz, translation] = place.rows[axis].map(splat);
+        let row = &place.rows[axis];
+        let [mx, my, mz] = each!(column => f32x4::splat(simd, row[column]));
+        let translation = f32x4::splat(simd, row[3]);
         each!(corner => x[corner] * mx + y[corner] * my + z[corner] * mz + translation)
     });
     let [[ax, bx, cx], [ay, by, cy], [az, bz, cz]] = placed;

@@ -50,19 +50,27 @@ fn walk<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe>(
     let mut t_max = ray.t_max;
     let block_ray = BlockRay::new(lanes, 0);
     let walk = Walk { start, t_max, is_ordered: true };
-    each_leaf(simd, tree, walk, container_ray, probe, |leaf, probe| {
-        for block in tree.leaves.blocks(leaf) {
-            probe.primitive_test();
-            let (entered, entries) = block_ray.entered(simd, block, t_max);
-            for lane in bits(u64::from(entered)) {
-                if entries[lane] <= t_max {
-                    t_max = match visit(block.primitive_index(lane), t_max) {
-                        ControlFlow::Continue(end) => end,
-                        ControlFlow::Break(()) => return ControlFlow::Break(()),
-                    };
+    each_leaf(
+        simd,
+        tree,
+        walk,
+        container_ray,
+        probe,
+        #[inline(always)]
+        |leaf, probe| {
+            for block in tree.leaves.blocks(leaf) {
+                probe.primitive_test();
+                let (entered, entries) = block_ray.entered(simd, block, t_max);
+                for lane in bits(u64::from(entered)) {
+                    if entries[lane] <= t_max {
+                        t_max = match visit(block.primitive_index(lane), t_max) {
+                            ControlFlow::Continue(end) => end,
+                            ControlFlow::Break(()) => return ControlFlow::Break(()),
+                        };
+                    }
                 }
             }
-        }
-        ControlFlow::Continue(t_max)
-    });
+            ControlFlow::Continue(t_max)
+        },
+    );
 }

@@ -25,6 +25,9 @@ pub(crate) struct Walk {
 /// Calls `visit` with each leaf that `ray` enters. It returns the distance up to which leaves are wanted from
 /// there on, or breaks where no more are. `probe` gets each node and leaf that
 /// the ray goes into, and the tests of containers.
+///
+/// `visit` must be `#[inline(always)]` where it computes with `simd`: each operation is a call where it is compiled apart, without the
+/// instructions of the level.
 #[inline(always)]
 pub(crate) fn each_leaf<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P: Probe>(
     simd: S,

@@ -206,7 +206,7 @@ fn heat_here(state: &AppState, shown: &Presented) -> Option<(f32, HeatKind)> {
     let Shading::Heat(kind) = frame.settings.shading else { return None };
     let traced = match kind {
         HeatKind::Steps | HeatKind::Lines => RayMethod::Wide,
-        HeatKind::WholeRay => return None,
+        HeatKind::WholeRay | HeatKind::Copies => return None,
         _ => RayMethod::Binary(frame.settings.traversal),
     };
     let is_like = state.model.ray.kind == RayKind::Primary && state.model.ray.method == traced;
