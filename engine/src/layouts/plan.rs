@@ -6,7 +6,7 @@ use crate::geometry::Aabb;
 use crate::kernel::parallel::zeros;
 use crate::tree::{Container, Tree};
 
-/// Costs of visiting a node and of testing a triangle by the surface area heuristic: those of Ylitie, Karras and Laine 2017, section 3.
+/// Costs of visiting a node and of testing a triangle by the surface area heuristic: those of Ylitie, Karras and Laine 2017, section 5.1.
 const SAH_COSTS: [f32; 2] = [1.0, 0.3];
 /// Number of the row of a binary node that is a leaf.
 const LEAF: u32 = u32::MAX;
