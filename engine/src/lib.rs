@@ -40,6 +40,7 @@
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`query`] | all hits of a ray, the nearest point of a mesh, inside or outside | builders, the wide tree | [`query::closest_point`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |
+//! | [`layouts`] | wide trees of any layout, described: children, collapse, planes and leaves, with one walker that counts | builders | [`layouts::LaidTree`] |
 //! | [`mod@refit`] | trees over triangles that move: containers fitted, subtrees rotated, moved or built again | pictures, frames | [`refit::refit`], [`refit::WideRefit`] |
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
@@ -76,6 +77,8 @@ pub mod construction;
 pub mod query;
 
 pub mod wide;
+
+pub mod layouts;
 
 pub mod refit;
 

@@ -87,8 +87,53 @@ pub const CONDITIONS: [Field; 20] = [
     ("warnings", "Warnings of loading the model"),
 ];
 
+/// Of `layouts`, behind the threads.
+const LAYOUTS: [Field; 28] = [
+    ("children", "Most children of a node of the layout"),
+    (
+        "collapse",
+        "How they are chosen from the binary tree: greedy (by area), optimal (by SAH), memory (by MSAH) or visits (by measured visits); engine \
+         for the program's own wide tree",
+    ),
+    (
+        "planes",
+        "How the planes of their boxes are stored: f32, or 16 or 8 bits in the grid of the parent; f32+8 where the program's own tree has nodes of both",
+    ),
+    ("leaf_limit", "Most triangles of a leaf; leaves of the binary tree that hold more stay"),
+    ("layout_nodes", "Number of nodes with children"),
+    ("layout_leaves", "Number of leaves"),
+    ("fullness", "Children over the number that all nodes have room for"),
+    ("triangles_per_leaf", "Mean number of triangles of a leaf"),
+    ("node_bytes", "Bytes of all nodes"),
+    ("triangle_bytes", "Bytes of the triangles of all leaves, 40 each"),
+    ("layout_sah_cost", "Cost by the surface area heuristic, as sah_cost, of the boxes as they are stored"),
+    (
+        "msah_bytes",
+        "Memory SAH: bytes of the nodes and triangles that a random line through the root's box enters, on average, of the boxes as they are stored",
+    ),
+    ("population", "The rays"),
+    ("rays", "Number of rays, each as many times as rays it stands for"),
+    ("hits", "Rays that hit something"),
+    (
+        "differing_hits",
+        "Rays that hit something else than in the program's own tree: none, unless nodes of a tree from a file do not enclose what is below",
+    ),
+    ("nodes_per_ray", "Nodes with children that a ray visits, on average"),
+    ("leaves_per_ray", "Leaves that it visits"),
+    ("container_tests_per_ray", "Boxes that it is tested against: all children of a visited node"),
+    ("primitive_tests_per_ray", "Triangles that it is tested against"),
+    ("tests_per_ray", "Both"),
+    ("bytes_per_ray", "Bytes of the nodes visited and the triangles tested"),
+    ("lines_64_per_ray", "Distinct lines of 64 bytes that these lie in, as if none were cached before"),
+    ("lines_128_per_ray", "Those of 128 bytes"),
+    ("greatest_stack", "Most nodes that wait on the stack of a ray"),
+    ("on_front", "True if no other layout reads fewer bytes and takes fewer tests by these rays"),
+    ("width_px", "Width of the view in pixels"),
+    ("height_px", "Height of the view in pixels"),
+];
+
 /// Fields that single commands add in JSON.
-const OWN: [(&str, &[Field]); 6] = [
+const OWN: [(&str, &[Field]); 7] = [
     (
         "Of `--rays`, in lines of JSON below the rows",
         &[
@@ -156,6 +201,7 @@ const OWN: [(&str, &[Field]); 6] = [
             ("findings", "Findings of the diagnosis"),
         ],
     ),
+    ("Of `layouts`", &LAYOUTS),
     (
         "Of a tree from a file",
         &[
@@ -234,9 +280,18 @@ pub fn columns() -> Vec<&'static str> {
     tree.chain(keys()).chain(CONDITIONS.iter().map(key)).collect()
 }
 
+/// All columns of the CSV of `layouts`, in order.
+pub fn layout_columns() -> Vec<&'static str> {
+    let key = |(key, _): &Field| *key;
+    let tree = TREE.iter().map(key).chain(parameters().map(|row| row.key)).chain([key(&THREADS)]);
+    let is_own = |name: &&str| LAYOUTS.iter().any(|(key, _)| key == name);
+    let layout = LAYOUTS.iter().map(key);
+    tree.chain(layout).chain(CONDITIONS.iter().map(key).filter(|name| !is_own(name))).collect()
+}
+
 /// The page `docs/fields.md`.
 pub fn page() -> String {
-    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `animate`, `info`, `render`, `ray`, and `a` and \
+    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `animate`, `layouts`, `info`, `render`, `ray`, and `a` and \
                     `b` of `diff`. Where a field does not apply it is absent; where it is not known it is null, in CSV empty. \
                     Written from the program's own table; a test compares both.\n"
         .to_owned();

@@ -51,6 +51,9 @@ impl<'a> Common<'a> {
             Some(CommandArgs::Rays(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }
+            Some(CommandArgs::Layouts(args)) => {
+                Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
+            }
             Some(CommandArgs::Tree(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }

@@ -61,7 +61,7 @@ impl Output {
     }
 
     /// The file for CSV, where it is one.
-    fn csv_file(&self) -> Option<&PathBuf> {
+    pub(super) fn csv_file(&self) -> Option<&PathBuf> {
         self.csv.as_ref().filter(|_| !self.prints_csv())
     }
 }

@@ -105,8 +105,8 @@ impl Job {
             }
             _ => return None,
         };
-        let refused = setups.iter().filter_map(|setup| Accel::refusal(&subject.scene, &setup.build));
-        refused.last().filter(|_| subject.possible(&setups).len() < setups.len())
+        let mut refused = setups.iter().filter_map(|setup| Accel::refusal(&subject.scene, &setup.build));
+        refused.next_back().filter(|_| subject.possible(&setups).len() < setups.len())
     }
 
     /// Whether anything is to be measured on the `model`-th of `models` models; a shard of a sweep may not cover it.

@@ -35,6 +35,7 @@ pub mod population;
 pub mod prediction;
 
 pub mod icicle;
+pub mod layouts;
 pub mod merges;
 pub mod motion;
 pub mod node_ranking;

@@ -304,9 +304,14 @@ impl ViewRays {
         rays: &[Ray],
         token: &CancelToken,
     ) -> Result<MeasuredVisits, Cancelled> {
+        measured(self.population, (scene, tree, trace), (rays.len() as u32, &self.weighted(rays)), token)
+    }
+
+    /// Each of `rays`, which are those of [`ViewRays::list`], by its index, with its purpose and the number of rays that it stands for.
+    pub fn weighted<'a>(&'a self, rays: &'a [Ray]) -> impl Fn(u32) -> (Ray, RayQuery, u32) + Sync + 'a {
         let query = self.population.query(self.traversal);
         let weighted = self.file().map(|file| (file, weight_scale(&file.rays)));
-        let ray = |index: u32| {
+        move |index: u32| {
             let ray = rays[index as usize];
             let Some((file, scale)) = weighted else { return (ray, query, 1) };
             let FileRay { any, weight, .. } = file.rays[index as usize];
@@ -314,8 +319,7 @@ impl ViewRays {
             let ends = any && self.traversal == Traversal::Ordered;
             let query = if ends { RayQuery::AnyHit } else { RayQuery::ClosestHit(self.traversal) };
             (ray, query, (f64::from(weight) * scale).round() as u32)
-        };
-        measured(self.population, (scene, tree, trace), (rays.len() as u32, &ray), token)
+        }
     }
 }
 

@@ -5,9 +5,10 @@ use std::io::Write;
 
 use serde_json::Value;
 
+use super::layouts::LayoutRow;
 use super::measurement::Measurement;
 use super::population::Population;
-use crate::catalog::fields::columns;
+use crate::catalog::fields::{columns, layout_columns};
 use crate::text::printable;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
@@ -32,11 +33,28 @@ pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), Str
         name => vec![name.to_owned()],
     });
     let names: Vec<String> = names.filter(|name| rows.iter().any(|row| row.get(name).is_some())).collect();
+    write_records(&names, &rows, writer)
+}
+
+/// [`write_csv`] of the rows of `layouts`.
+pub fn write_layouts_csv(rows: &[LayoutRow], writer: &mut dyn Write) -> Result<(), String> {
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(serde_json::to_value)
+        .collect::<Result<_, serde_json::Error>>()
+        .map_err(|error| error.to_string())?;
+    let is_known = |name: &&str| rows.iter().any(|row| row.get(name).is_some());
+    let names: Vec<String> = layout_columns().into_iter().filter(is_known).map(str::to_owned).collect();
+    write_records(&names, &rows, writer)
+}
+
+/// Writes the fields `names` of `rows` under these names.
+fn write_records(names: &[String], rows: &[Value], writer: &mut dyn Write) -> Result<(), String> {
     let mut csv = csv::Writer::from_writer(writer);
     if !names.is_empty() {
-        csv.write_record(&names).map_err(failed)?;
+        csv.write_record(names).map_err(failed)?;
     }
-    for row in &rows {
+    for row in rows {
         csv.write_record(names.iter().map(|name| row.get(name).map(cell).unwrap_or_default())).map_err(failed)?;
     }
     csv.flush().map_err(failed)

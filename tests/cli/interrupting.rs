@@ -27,7 +27,10 @@ fn interrupting_ends_with_130_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let picture = ["render", "builtin:terrain:40000", "--size", "2000x2000", "--samples", "1000", "-o", "out.png"];
     let tree = ["info", "builtin:terrain:4000000", "--preset", "best", "--json"];
-    for (signal, args) in [(Signal::INT, &picture[..]), (Signal::TERM, &picture), (Signal::INT, &tree)] {
+    let wide = ["layouts", "builtin:terrain:400000", "--collapse", "all", "--planes", "all", "--leaves", "all"];
+    for (signal, args) in
+        [(Signal::INT, &picture[..]), (Signal::TERM, &picture), (Signal::INT, &tree), (Signal::INT, &wide)]
+    {
         let (code, error) = interrupted(args, signal, folder.path());
         assert_eq!(code, Some(130), "{signal:?}: {error}");
         assert!(error.contains("interrupted"), "{error}");

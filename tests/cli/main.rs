@@ -17,6 +17,7 @@ mod documented_counts;
 mod golden;
 #[cfg(unix)]
 mod interrupting;
+mod layouts;
 #[cfg(feature = "gui")]
 mod merges;
 mod moments;

@@ -29,11 +29,15 @@ const ENGINE: Plan = Plan {
         ("construction", &["optimize"]),
         ("query", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
         ("wide", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction"]),
-        ("refit", &["stage_times", "order", "construction"]),
-        ("fingerprint", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "refit"]),
-        ("bvh", &["order", "optimize", "construction", "refit", "fingerprint"]),
-        ("instances", &["stage_times", "order", "aac", "optimize", "construction", "refit", "fingerprint"]),
-        ("follow", &["instances", "stage_times", "order", "aac", "optimize", "construction", "fingerprint"]),
+        ("layouts", &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "query"]),
+        ("refit", &["stage_times", "order", "construction", "layouts"]),
+        (
+            "fingerprint",
+            &["settings", "stage_times", "order", "aac", "optimize", "builders", "construction", "layouts", "refit"],
+        ),
+        ("bvh", &["order", "optimize", "construction", "layouts", "refit", "fingerprint"]),
+        ("instances", &["stage_times", "order", "aac", "optimize", "construction", "layouts", "refit", "fingerprint"]),
+        ("follow", &["layouts", "instances", "stage_times", "order", "aac", "optimize", "construction", "fingerprint"]),
         (
             "tree_file",
             &[
@@ -44,6 +48,7 @@ const ENGINE: Plan = Plan {
                 "builders",
                 "construction",
                 "wide",
+                "layouts",
                 "refit",
                 "fingerprint",
                 "bvh",

@@ -16,8 +16,10 @@ use crate::wide::layout::WIDTH;
 
 /// Largest multiple.
 const MOST: i32 = 255;
+/// Bits of a multiple.
+const BITS: u8 = 8;
 /// Largest exponent, of a scale of 2¹²⁷.
-const LARGEST_EXPONENT: u8 = 254;
+pub(crate) const LARGEST_EXPONENT: u8 = 254;
 /// Bits of a float's fraction.
 const FRACTION_BITS: u8 = 23;
 
@@ -56,7 +58,8 @@ impl CompactBoxes {
     }
 }
 
-fn scale(exponent: u8) -> f32 {
+/// The scale with a biased exponent.
+pub(crate) fn scale(exponent: u8) -> f32 {
     f32::from_bits(u32::from(exponent) << FRACTION_BITS)
 }
 
@@ -65,36 +68,45 @@ fn exponent_of(value: f32) -> u8 {
     (value.abs().to_bits() >> FRACTION_BITS) as u8
 }
 
-/// Multiples of the scale with the given exponent that enclose the planes of the first `count` boxes on an axis; `None` where eight
-/// bits do not suffice.
-fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) -> Option<Multiples> {
+/// Multiples of the scale with the given exponent that enclose the planes of a box on an axis, and whether 0 to `most` suffice.
+#[inline(always)]
+pub(crate) fn enclose_one([low, high]: [f32; 2], origin: f32, exponent: u8, most: i32) -> ([i32; 2], bool) {
     let scale = scale(exponent);
+    let plane = |multiple: i32| origin + multiple as f32 * scale;
+    let down = ((low - origin) / scale) as i32;
+    let down = down.saturating_sub(i32::from(plane(down) > low));
+    let up = ((high - origin) / scale) as i32;
+    let up = up.saturating_add(i32::from(plane(up) < high));
+    let fits = (0..=most).contains(&down) && up <= most && plane(down) <= low && plane(up) >= high;
+    // At last from the lowest number to beyond the largest.
+    let multiples = if fits || exponent < LARGEST_EXPONENT { [down, up] } else { [0, most] };
+    (multiples, fits || exponent == LARGEST_EXPONENT)
+}
+
+/// [`enclose_one`] of the first `count` boxes; `None` where eight bits do not suffice.
+fn enclose(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32, exponent: u8) -> Option<Multiples> {
     let mut found: Multiples = [[0; WIDTH]; 2];
     let mut fits = true;
     for lane in 0..count.min(WIDTH) {
-        let [low, high] = [planes[0][lane], planes[1][lane]];
-        let plane = |multiple: i32| origin + multiple as f32 * scale;
-        let down = ((low - origin) / scale) as i32;
-        let down = down.saturating_sub(i32::from(plane(down) > low));
-        let up = ((high - origin) / scale) as i32;
-        let up = up.saturating_add(i32::from(plane(up) < high));
-        let lane_fits = (0..=MOST).contains(&down) && up <= MOST && plane(down) <= low && plane(up) >= high;
-        // At last from the lowest number to beyond the largest.
-        let (down, up) = if lane_fits || exponent < LARGEST_EXPONENT { (down, up) } else { (0, MOST) };
-        fits &= lane_fits || exponent == LARGEST_EXPONENT;
+        let ([down, up], lane_fits) = enclose_one([planes[0][lane], planes[1][lane]], origin, exponent, MOST);
+        fits &= lane_fits;
         (found[0][lane], found[1][lane]) = (down as u8, up as u8);
     }
     fits.then_some(found)
 }
 
+/// The smallest exponent with which multiples of so many `bits` may reach from `origin` to `highest`.
+pub(crate) fn first_exponent(origin: f32, highest: f32, bits: u8) -> u8 {
+    // Finer steps than those of floats would be lost in the sum.
+    let finest = exponent_of(origin.abs().max(highest.abs())).saturating_sub(FRACTION_BITS);
+    let coarsest_needed = exponent_of(highest - origin).saturating_sub(bits - 1);
+    finest.max(coarsest_needed).clamp(1, LARGEST_EXPONENT)
+}
+
 /// [`enclose`] with the smallest scale that suffices, and its exponent.
 fn enclose_closely(planes: &[[f32; WIDTH]; 2], count: usize, origin: f32) -> (u8, Multiples) {
     let highest = planes[1][..count].iter().copied().fold(origin, f32::max);
-    // Finer steps than those of floats would be lost in the sum.
-    let finest = exponent_of(origin.abs().max(highest.abs())).saturating_sub(FRACTION_BITS);
-    let coarsest_needed = exponent_of(highest - origin).saturating_sub(7);
-    let first = finest.max(coarsest_needed).clamp(1, LARGEST_EXPONENT);
-    (first..=LARGEST_EXPONENT)
+    (first_exponent(origin, highest, BITS)..=LARGEST_EXPONENT)
         .find_map(|exponent| Some((exponent, enclose(planes, count, origin, exponent)?)))
         .unwrap_or_else(|| unreachable!("the largest scale always suffices"))
 }

@@ -22,6 +22,7 @@ mod follow;
 mod instances;
 mod invariants;
 mod items;
+mod layouts;
 mod merge_choices;
 mod needles;
 mod node_metrics;

@@ -1,5 +1,6 @@
 //! The flags as clap parses them. Only `cli` uses these types.
 
+mod layouts;
 mod measure;
 mod picture;
 mod ray;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use layouts::LayoutsArgs;
 pub use measure::{
     AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
     TraceArgs, TreesFromFilesArgs,
@@ -85,6 +87,8 @@ pub enum CommandArgs {
     Compare(CompareArgs),
     /// Measure what becomes of the tree of a model that moves: refitted, rebuilt, or one for the whole clip
     Animate(AnimateArgs),
+    /// Measure layouts of wide trees: what children, collapse, planes and leaves do to tests, lines and bytes of a ray
+    Layouts(LayoutsArgs),
     /// Compare two trees of a model: numbers, common nodes, and tests in each pixel
     Diff(DiffArgs),
     /// Draw a plot from the JSON lines of bench, sweep, scaling, compare or animate

@@ -9,17 +9,20 @@ use parts::{follow, moment, overlay, picture};
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, InfoArgs, MergesArgs, RayArgs, RaysArgs, RenderArgs, TreeArgs};
+use super::args::{BuildArgs, InfoArgs, LayoutsArgs, MergesArgs, RayArgs, RaysArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
 use crate::headless::info::InfoCommand;
+use crate::headless::layouts::LayoutsCommand;
+use crate::headless::measure::Output;
 use crate::headless::ray::{ChosenStart, RayCommand};
 use crate::headless::rays::{ChosenRays, RaysCommand, Sample};
 use crate::headless::tree::TreeCommand;
 use crate::headless::{Failure, MergesCommand, MomentChoice, RenderCommand, TreeOrigin};
+use crate::lab::layouts::LayoutPlan;
 use crate::lab::ray::RayMethod;
 use crate::overlay::{OverlaySettings, Selection};
 use crate::render::RenderSettings;
@@ -142,6 +145,26 @@ pub fn info(args: InfoArgs) -> InfoCommand {
         moments: moment(args.motion.moment),
         follow: follow(&args.motion.follow),
         json: args.json,
+    }
+}
+
+pub fn layouts(args: LayoutsArgs) -> LayoutsCommand {
+    LayoutsCommand {
+        source: args.model.unwrap_or_else(SceneSource::default_builtin),
+        plan: LayoutPlan {
+            children: args.children.0,
+            collapses: args.collapse.0,
+            planes: args.planes.0,
+            leaf_sizes: args.leaves.0,
+        },
+        build: args.build.settings.0.settings(),
+        tree: tree_origin(&args.build, args.tree.tree),
+        moments: moment(args.moment),
+        camera: camera(&args.camera),
+        size: args.size,
+        settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
+        rays: args.rays,
+        output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
     }
 }
 

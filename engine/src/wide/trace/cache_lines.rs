@@ -45,7 +45,7 @@ impl AddAssign for CacheLines {
 }
 
 /// First and last line of a record.
-type Lines = [usize; 2];
+pub(crate) type Lines = [usize; 2];
 
 /// A [`Probe`] of the wide tree that it was made for, which counts the lines that a ray reads.
 ///
@@ -96,8 +96,15 @@ impl<'a> LineProbe<'a> {
 /// Number of distinct lines in `read`, which is empty afterwards.
 fn distinct(read: &mut Vec<Lines>) -> u64 {
     read.sort_unstable();
+    let count = count_distinct(read.iter().copied());
+    read.clear();
+    count
+}
+
+/// Number of distinct lines among those of `records`, which are in ascending order.
+pub(crate) fn count_distinct(records: impl Iterator<Item = Lines>) -> u64 {
     let (mut count, mut next) = (0, 0);
-    for [first, last] in read.drain(..) {
+    for [first, last] in records {
         count += (last + 1).saturating_sub(next.max(first));
         next = next.max(last + 1);
     }

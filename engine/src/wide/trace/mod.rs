@@ -14,6 +14,7 @@ pub(crate) mod stack;
 pub(crate) mod stream;
 mod walk;
 
+pub(crate) use cache_lines::count_distinct;
 pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
 use fearless_simd::{Level, Simd};
 use glam::Vec3;

@@ -1,0 +1,367 @@
+//! Layouts of wide trees over one binary tree, and what rays cost in each: `layouts`.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::conditions::Conditions;
+use super::measure::LabError;
+use super::population::{Population, Populations, ViewRays};
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::catalog::settings::Stated;
+use crate::ray_file::RaySet;
+use crate::render::RenderSettings;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::layouts::{Collapse, LaidNumbers, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes};
+use bvhscope_engine::tree::binarize::binarize;
+use bvhscope_engine::tree::traverse::Traversal;
+use bvhscope_engine::tree::visits::{RayQuery, measure_weighted_visits};
+use bvhscope_engine::tree::{AnyTree, Tree};
+use bvhscope_engine::wide::AnyWideTree;
+use bvhscope_engine::wide::trace::CacheLines;
+
+/// Name of the engine's own eight-wide tree among the collapses.
+const ENGINE: &str = "engine";
+/// Children of a node of the engine's tree, and most triangles of its leaves.
+const ENGINE_LIMITS: [u32; 2] = [8, 16];
+
+/// The layouts to compare: each value of one axis with each of the others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LayoutPlan {
+    /// Most children of a node.
+    pub children: Vec<u32>,
+    /// How they are chosen.
+    pub collapses: Vec<Collapse>,
+    /// How their boxes are stored.
+    pub planes: Vec<Planes>,
+    /// Most triangles of a leaf.
+    pub leaf_sizes: Vec<u32>,
+}
+
+impl LayoutPlan {
+    /// The layouts, the leaves varying fastest.
+    fn layouts(&self) -> Vec<Layout> {
+        let mut all = Vec::new();
+        for &children in &self.children {
+            for &collapse in &self.collapses {
+                for &planes in &self.planes {
+                    let of_leaves = |&leaf_size: &u32| Layout { children, collapse, planes, leaf_size };
+                    all.extend(self.leaf_sizes.iter().map(of_leaves));
+                }
+            }
+        }
+        all
+    }
+}
+
+/// The rays of `layouts`.
+#[derive(Debug, Clone)]
+pub struct LayoutRays {
+    /// Their populations.
+    pub populations: Populations,
+    /// The camera of those of a view.
+    pub camera: Camera,
+    /// Width and height of the view in pixels.
+    pub size: [u32; 2],
+    /// Light and SIMD level.
+    pub settings: RenderSettings,
+    /// Those of a file.
+    pub file: Option<Arc<RaySet>>,
+}
+
+/// One layout and the rays of one population. Field names are the JSON names.
+#[derive(Debug, Clone, Serialize)]
+pub struct LayoutRow {
+    /// The command.
+    pub command: &'static str,
+    /// The model as the user named it.
+    pub model: String,
+    /// Number of triangles of the model.
+    pub triangles: usize,
+    /// Name of the builder of the binary tree.
+    pub builder: String,
+    /// The file that holds the tree, where it was read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tree: Option<String>,
+    /// The settings of the build.
+    #[serde(flatten)]
+    pub settings: Stated,
+    /// Number of threads.
+    pub threads: usize,
+    /// The layout.
+    #[serde(flatten)]
+    pub layout: NamedLayout,
+    /// Numbers of the tree.
+    #[serde(flatten)]
+    pub numbers: LayoutNumbers,
+    /// The rays.
+    pub population: Population,
+    /// What they cost.
+    #[serde(flatten)]
+    pub rays: RayNumbers,
+    /// True if no other layout reads fewer bytes and takes fewer tests by these rays.
+    pub on_front: bool,
+    /// Width and height of the view in pixels.
+    pub width_px: u32,
+    /// Height of the view in pixels.
+    pub height_px: u32,
+    /// Camera, program and machine.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// Warnings of loading the model.
+    pub warnings: Vec<String>,
+}
+
+/// A layout by its names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct NamedLayout {
+    /// Most children of a node.
+    pub children: u32,
+    /// Name of the collapse.
+    pub collapse: &'static str,
+    /// Name of the planes.
+    pub planes: &'static str,
+    /// Most triangles of a leaf.
+    pub leaf_limit: u32,
+}
+
+impl NamedLayout {
+    /// The layout in a table: "8 optimal, f32, leaves 4".
+    pub fn name(&self) -> String {
+        format!("{} {}, {}, leaves {}", self.children, self.collapse, self.planes, self.leaf_limit)
+    }
+}
+
+impl From<Layout> for NamedLayout {
+    fn from(layout: Layout) -> Self {
+        let Layout { children, collapse, planes, leaf_size } = layout;
+        Self { children, collapse: collapse.name(), planes: planes.name(), leaf_limit: leaf_size }
+    }
+}
+
+/// Numbers of a laid tree, see [`LaidNumbers`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LayoutNumbers {
+    /// Number of nodes with children.
+    pub layout_nodes: usize,
+    /// Number of leaves.
+    pub layout_leaves: usize,
+    /// Children over the number that the nodes have room for.
+    pub fullness: f64,
+    /// Mean number of triangles of a leaf.
+    pub triangles_per_leaf: f64,
+    /// Bytes of the nodes.
+    pub node_bytes: usize,
+    /// Bytes of the triangles of the leaves.
+    pub triangle_bytes: usize,
+    /// Cost by the surface area heuristic, of the boxes as they are stored.
+    pub layout_sah_cost: f64,
+    /// Bytes that a random line through the root reads, of the boxes as they are stored.
+    pub msah_bytes: f64,
+}
+
+impl From<LaidNumbers> for LayoutNumbers {
+    fn from(numbers: LaidNumbers) -> Self {
+        Self {
+            layout_nodes: numbers.nodes,
+            layout_leaves: numbers.leaves,
+            fullness: numbers.fullness,
+            triangles_per_leaf: numbers.leaf_size,
+            node_bytes: numbers.node_bytes,
+            triangle_bytes: numbers.triangle_bytes,
+            layout_sah_cost: numbers.sah_cost,
+            msah_bytes: numbers.msah_bytes,
+        }
+    }
+}
+
+/// Counts of the rays of a population, on average of a ray.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RayNumbers {
+    /// Number of rays.
+    pub rays: u64,
+    /// Those that hit something.
+    pub hits: u64,
+    /// Rays with another hit than in the engine's own tree.
+    pub differing_hits: u64,
+    /// Nodes with children that a ray visits.
+    pub nodes_per_ray: f64,
+    /// Leaves that it visits.
+    pub leaves_per_ray: f64,
+    /// Boxes that it is tested against.
+    pub container_tests_per_ray: f64,
+    /// Triangles that it is tested against.
+    pub primitive_tests_per_ray: f64,
+    /// Both.
+    pub tests_per_ray: f64,
+    /// Bytes of the nodes visited and the triangles tested.
+    pub bytes_per_ray: f64,
+    /// Distinct lines of 64 bytes that these lie in.
+    pub lines_64_per_ray: f64,
+    /// Those of 128 bytes.
+    pub lines_128_per_ray: f64,
+    /// Most nodes that wait on the stack of a ray.
+    pub greatest_stack: u64,
+}
+
+impl From<MeasuredLayout> for RayNumbers {
+    fn from(measured: MeasuredLayout) -> Self {
+        let MeasuredLayout { rays, counts, hits, differing_hits } = measured;
+        let mean = |count: u64| if rays > 0 { count as f64 / rays as f64 } else { 0.0 };
+        let [lines_64_per_ray, lines_128_per_ray] =
+            counts.lines.map(|CacheLines { nodes, triangles }| mean(nodes + triangles));
+        Self {
+            rays,
+            hits,
+            differing_hits,
+            nodes_per_ray: mean(counts.nodes),
+            leaves_per_ray: mean(counts.leaves),
+            container_tests_per_ray: mean(counts.container_tests),
+            primitive_tests_per_ray: mean(counts.triangle_tests),
+            tests_per_ray: mean(counts.container_tests + counts.triangle_tests),
+            bytes_per_ray: mean(counts.bytes),
+            lines_64_per_ray,
+            lines_128_per_ray,
+            greatest_stack: counts.greatest_stack,
+        }
+    }
+}
+
+/// The rays of one population through the binary tree.
+struct Rays {
+    population: Population,
+    view: ViewRays,
+    list: Vec<Ray>,
+}
+
+impl Rays {
+    /// Each ray with what is asked of it and the number of rays that it stands for.
+    fn ray(&self) -> impl Fn(u32) -> (Ray, RayQuery, u32) + Sync + '_ {
+        self.view.weighted(&self.list)
+    }
+}
+
+/// What the layouts are made from and measured by.
+struct Subject<'a> {
+    binary: &'a Tree<Aabb>,
+    leaf_triangles: Vec<Triangle>,
+    wide: &'a AnyWideTree,
+    rays: Vec<Rays>,
+    /// Visits of the nodes of the binary tree by all rays, where a layout is chosen by them.
+    visits: Option<Vec<u32>>,
+}
+
+/// Lays the tree of `accel`, which consists of boxes, out as the engine does and by each layout of `plan`, and takes the rays of each
+/// population through all. `row` gets for each layout and population the layout, the numbers of its tree and of the rays. Of the rows
+/// so far those before a cancellation are kept.
+pub fn layouts(
+    accel: &Arc<Accel>,
+    plan: &LayoutPlan,
+    rays: &LayoutRays,
+    token: &CancelToken,
+    row: &mut dyn FnMut(NamedLayout, LayoutNumbers, Population, RayNumbers),
+) -> Result<(), LabError> {
+    let AnyTree::Aabb(tree) = &accel.tree else {
+        let kind = accel.tree.container_kind().plural();
+        return Err(LabError::Refused(format!("layouts are those of trees of boxes, and this is one of {kind}")));
+    };
+    if accel.scene.copies.is_some() {
+        let text = "the tree of a scene of copies has two levels, and layouts have one; load it with --instances flat";
+        return Err(LabError::Refused(text.to_owned()));
+    }
+    let layouts = plan.layouts();
+    let [of_setup, of_layouts] = [token.part(0, 2), token.part(1, 2)];
+    let binary = binarize(tree, &of_setup)?;
+    let wide = accel.widen(&of_setup)?;
+    let by_visits = plan.collapses.contains(&Collapse::Visits);
+    let subject = Subject::new(accel, &binary, &wide.tree, (rays, by_visits), &of_setup)?;
+    if let AnyWideTree::Aabb(own) = &wide.tree {
+        let planes = if own.compact_nodes.is_empty() { "f32" } else { "f32+8" };
+        let [children, leaf_limit] = ENGINE_LIMITS;
+        let own = LaidTree::of_wide(own, &binary, token)?;
+        subject.measure(&own, NamedLayout { children, collapse: ENGINE, planes, leaf_limit }, token, row)?;
+    }
+    for (index, &layout) in layouts.iter().enumerate() {
+        let token = of_layouts.part(index, layouts.len());
+        let laid = LaidTree::new(&binary, layout, subject.visits.as_deref(), &token)?;
+        subject.measure(&laid, layout.into(), &token, row)?;
+        token.set_progress(1.0);
+    }
+    Ok(())
+}
+
+impl<'a> Subject<'a> {
+    fn new(
+        accel: &Arc<Accel>,
+        binary: &'a Tree<Aabb>,
+        wide: &'a AnyWideTree,
+        (rays, by_visits): (&LayoutRays, bool),
+        token: &CancelToken,
+    ) -> Result<Self, LabError> {
+        let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
+        let settings = RenderSettings { traversal: Traversal::Ordered, ..rays.settings };
+        let of_population = |population| {
+            let view = ViewRays::new(population, rays.camera, rays.size, &settings).with_file(rays.file.clone());
+            Ok(Rays { population, list: view.list(accel, token)?, view })
+        };
+        let rays = rays.populations.iter().map(of_population).collect::<Result<Vec<_>, LabError>>()?;
+        let mut visits = by_visits.then(|| vec![0_u32; binary.nodes.len()]);
+        if let Some(sums) = &mut visits {
+            for rays in &rays {
+                let count = rays.list.len() as u32;
+                let of_rays = measure_weighted_visits(binary, &leaf_triangles, count, rays.ray(), token)?;
+                sums.iter_mut().zip(of_rays.counts).for_each(|(sum, count)| *sum = sum.saturating_add(count));
+            }
+        }
+        Ok(Self { binary, leaf_triangles, wide, rays, visits })
+    }
+
+    fn measure(
+        &self,
+        laid: &LaidTree,
+        layout: NamedLayout,
+        token: &CancelToken,
+        row: &mut dyn FnMut(NamedLayout, LayoutNumbers, Population, RayNumbers),
+    ) -> Result<(), LabError> {
+        debug_assert_eq!(laid.tree.primitive_indices, self.binary.primitive_indices);
+        let numbers = laid.numbers(token)?;
+        for rays in &self.rays {
+            let weighted = rays.ray();
+            let ray = |index: usize| {
+                let (ray, query, weight) = weighted(index as u32);
+                let query = match query {
+                    RayQuery::AnyHit => LaidQuery::Any,
+                    RayQuery::ClosestHit(Traversal::Ordered) => LaidQuery::Closest,
+                    RayQuery::ClosestHit(Traversal::Paper) => LaidQuery::Through,
+                };
+                (ray, query, weight)
+            };
+            let measured = laid.measure(&self.leaf_triangles, self.wide, rays.list.len(), ray, token)?;
+            row(layout, numbers.into(), rays.population, measured.into());
+        }
+        Ok(())
+    }
+}
+
+/// Marks the rows of each population that no other one beats: that reads no more bytes and takes no more tests, and less of one.
+pub fn mark_front(rows: &mut [LayoutRow]) {
+    let costs: Vec<(Population, [f64; 2])> =
+        rows.iter().map(|row| (row.population, [row.rays.bytes_per_ray, row.rays.tests_per_ray])).collect();
+    for (row, (population, own)) in rows.iter_mut().zip(&costs) {
+        let beats = |other: &[f64; 2]| other[0] <= own[0] && other[1] <= own[1] && other != own;
+        row.on_front = !costs.iter().any(|(of, other)| of == population && beats(other));
+    }
+}
+
+/// The populations of `rows`, in order of first appearance.
+pub fn populations_of(rows: &[LayoutRow]) -> Vec<Population> {
+    let mut all = Vec::new();
+    for row in rows {
+        if !all.contains(&row.population) {
+            all.push(row.population);
+        }
+    }
+    all
+}
