@@ -15,6 +15,10 @@ pub enum BuilderKind {
     Lbvh,
     /// Top-down splits by the surface area heuristic, estimated at bin boundaries (Wald, 2007). Not with spheres.
     BinnedSah,
+    /// Top-down splits by the surface area heuristic, each the best of all along the three axes (Wald, 2007). Not with spheres.
+    Sweep,
+    /// Parallel locally-ordered clustering: merges mutual nearest neighbours along the curve, round by round (Meister and Bittner, 2018).
+    Ploc,
     /// Exact agglomerative clustering (Walter et al., 2008): always merges the globally closest pair. Small scenes only.
     Exact,
     /// No hierarchy: one leaf, so that every ray tests every triangle.
@@ -23,7 +27,8 @@ pub enum BuilderKind {
 
 impl BuilderKind {
     /// Every builder, in the order in which menus list them.
-    pub const ALL: [Self; 6] = [Self::Aac, Self::Swift, Self::Lbvh, Self::BinnedSah, Self::Exact, Self::None];
+    pub const ALL: [Self; 8] =
+        [Self::Aac, Self::Swift, Self::Lbvh, Self::Ploc, Self::BinnedSah, Self::Sweep, Self::Exact, Self::None];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -31,7 +36,9 @@ impl BuilderKind {
             Self::Aac => "aac",
             Self::Swift => "swift",
             Self::Lbvh => "lbvh",
+            Self::Ploc => "ploc",
             Self::BinnedSah => "binned-sah",
+            Self::Sweep => "sweep",
             Self::Exact => "exact",
             Self::None => "none",
         }
@@ -42,13 +49,20 @@ impl BuilderKind {
         matches!(self, Self::Aac | Self::Swift)
     }
 
+    /// True if it sorts primitives along the curve of [`BuildSettings`].
+    pub const fn sorts_along_curve(self) -> bool {
+        matches!(self, Self::Aac | Self::Swift | Self::Lbvh | Self::Ploc)
+    }
+
     /// The name in the window.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Aac => "AAC",
             Self::Swift => "AAC of leaf blocks",
             Self::Lbvh => "LBVH (Morton)",
+            Self::Ploc => "PLOC",
             Self::BinnedSah => "Binned SAH",
+            Self::Sweep => "Sweep SAH",
             Self::Exact => "Exact agglomerative",
             Self::None => "No BVH",
         }
@@ -224,7 +238,7 @@ pub struct BuildSettings {
     /// The exponent ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; a lower ε leaves more clusters, for a better
     /// tree and a slower build. AAC and Swift only.
     pub epsilon: f32,
-    /// The curve along which primitives are sorted. AAC, Swift and LBVH only.
+    /// The curve along which primitives are sorted. AAC, Swift, LBVH and PLOC only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub curve: Curve,
     /// The passes wanted; those that run are [`BuildSettings::passes`].
@@ -374,6 +388,9 @@ impl BuildSettings {
         match self.builder {
             BuilderKind::BinnedSah if self.container == ContainerKind::Sphere => {
                 Some("the binned SAH builder makes no spheres: choose boxes or 14-DOPs".to_owned())
+            }
+            BuilderKind::Sweep if self.container == ContainerKind::Sphere => {
+                Some("the sweep SAH builder makes no spheres: choose boxes or 14-DOPs".to_owned())
             }
             _ if self.container == ContainerKind::Oriented => {
                 Some(format!("no builder makes oriented boxes: choose boxes and the pass '{}'", Pass::Orient.name()))

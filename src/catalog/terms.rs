@@ -20,7 +20,7 @@ impl Term {
 }
 
 /// The terms of trees, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-pub const TERMS: [&Term; 38] = [
+pub const TERMS: [&Term; 40] = [
     &BVH,
     &NODE,
     &LEAF,
@@ -46,6 +46,8 @@ pub const TERMS: [&Term; 38] = [
     &STAGES,
     &LBVH,
     &BINNED_SAH,
+    &SWEEP_SAH,
+    &PLOC,
     &EXACT_AGGLOMERATIVE,
     &PRESPLIT,
     &RESTRUCTURE,
@@ -203,6 +205,20 @@ pub const BINNED_SAH: Term = Term {
     name: "Binned SAH",
     text: "Splits from the top where the SAH cost is lowest, tried at a few planes on each axis. Makes trees of boxes and of 14-DOPs.",
     source: "Wald 2007",
+};
+/// Sweep SAH.
+pub const SWEEP_SAH: Term = Term {
+    name: "Sweep SAH",
+    text: "Splits from the top where the SAH cost is lowest, tried between all triangles along each axis. The reference of builders by the \
+           SAH. Makes trees of boxes and of 14-DOPs.",
+    source: "Wald 2007",
+};
+/// PLOC.
+pub const PLOC: Term = Term {
+    name: "PLOC",
+    text: "Parallel locally-ordered clustering. In each round all clusters that are each other's nearest among 8 neighbours on both sides \
+           along the curve merge. The nearest relative of AAC.",
+    source: "Meister and Bittner 2018",
 };
 /// Exact agglomerative.
 pub const EXACT_AGGLOMERATIVE: Term = Term {

@@ -31,7 +31,14 @@ fn a_build_stays_within_its_memory_estimate() {
     let source = SceneSource::Builtin { name: "terrain".to_owned(), size: Some(150_000) };
     let scene = Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap());
     let count = scene.triangles.len() as u64;
-    let builders = [BuilderKind::Aac, BuilderKind::Swift, BuilderKind::Lbvh, BuilderKind::BinnedSah];
+    let builders = [
+        BuilderKind::Aac,
+        BuilderKind::Swift,
+        BuilderKind::Lbvh,
+        BuilderKind::Ploc,
+        BuilderKind::BinnedSah,
+        BuilderKind::Sweep,
+    ];
     let plain = ContainerKind::ALL
         .into_iter()
         .flat_map(|container| builders.map(|builder| BuildSettings { builder, container, ..BuildSettings::default() }));

@@ -132,8 +132,9 @@ fn compared_builders_agree_on_hits() {
     let subject = subject("builtin:teapot:2");
     let view = view(&subject, Traversal::Ordered);
     let rows = collect(|row| compare(&subject, &ContainerKind::ALL, false, 1, &view, &CancelToken::new(), row));
-    // Six presets, two curves, LBVH and exact for each container, binned SAH for boxes and polytopes, seven choices of passes for boxes.
-    assert_eq!(rows.len(), 39);
+    // Six presets, two curves, LBVH, PLOC and exact for each container, binned and sweep SAH for boxes and polytopes, seven choices of
+    // passes for boxes.
+    assert_eq!(rows.len(), 44);
     assert!(rows.iter().all(|row| row.number(HITS) == rows[0].number(HITS)));
     for row in &rows {
         // A binary tree: each interior node adds one leaf.

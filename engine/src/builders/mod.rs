@@ -6,6 +6,8 @@ pub(crate) mod binned_sah;
 pub(crate) mod exact;
 mod lbvh;
 mod none;
+mod ploc;
+mod sweep;
 
 pub mod depth_limit;
 mod error;
@@ -186,7 +188,9 @@ fn build_kind<C: ClusterContainer>(
             build_bvh(triangles, items, bounds, settings, cache.as_deref_mut(), &building, times)
         }
         BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, &building, times),
+        BuilderKind::Ploc => ploc::build(triangles, bounds, settings.curve, &building, times),
         BuilderKind::BinnedSah => binned_sah::build(triangles, &building, times),
+        BuilderKind::Sweep => sweep::build(triangles, &building, times),
         BuilderKind::Exact => exact::build(triangles, &building, times),
         BuilderKind::None => none::build(triangles, &building, times),
     }?;
@@ -196,7 +200,8 @@ fn build_kind<C: ClusterContainer>(
         scale::refit(&mut tree, |index| items[index as usize], token)?;
     }
     let mut tree = optimize(tree, settings, input.sources(), token, times)?;
-    let may_degenerate = anneals || (settings.builder.is_aac() || settings.builder == BuilderKind::Exact);
+    let clusters = settings.builder.is_aac() || matches!(settings.builder, BuilderKind::Ploc | BuilderKind::Exact);
+    let may_degenerate = anneals || clusters;
     let limited = may_degenerate && limit_depth(&mut tree, token)?;
     if let Some(cache) = cache
         && (limited || settings.passes() != Passes::NONE)

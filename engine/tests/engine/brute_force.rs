@@ -132,7 +132,14 @@ fn rays_end_at_finite_distances() {
 #[test]
 fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
     let triangles = trees::ball(Vec3::ONE, 2.0, 64);
-    let builders = [BuilderKind::Aac, BuilderKind::Swift, BuilderKind::BinnedSah, BuilderKind::None];
+    let builders = [
+        BuilderKind::Aac,
+        BuilderKind::Swift,
+        BuilderKind::Ploc,
+        BuilderKind::BinnedSah,
+        BuilderKind::Sweep,
+        BuilderKind::None,
+    ];
     let forms = [(NodeForm::Full, 60), (NodeForm::Compact, 52)];
     for (builder, (form, most_bytes)) in builders.into_iter().flat_map(|builder| forms.map(|form| (builder, form))) {
         let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Fast, ContainerKind::Aabb) };

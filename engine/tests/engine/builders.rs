@@ -11,6 +11,10 @@ use glam::Vec3;
 
 use crate::trees;
 
+/// Builders that divide their work among threads.
+const FORKING: [BuilderKind; 5] =
+    [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::BinnedSah, BuilderKind::Sweep];
+
 /// A fixed sequence of numbers between -1 and 1.
 fn numbers() -> impl FnMut() -> f32 {
     let mut state = 12345_u32;
@@ -42,7 +46,7 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
         for preset in [Preset::Hq, Preset::AacFast, Preset::AacHq] {
             all.push(BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) });
         }
-        for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh]
+        for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::Ploc]
             .into_iter()
             .flat_map(|b| [Curve::Hilbert, Curve::Extended].map(|c| (b, c)))
         {
@@ -140,7 +144,7 @@ fn many_triangles_give_whole_trees() {
 fn more_than_one_task_gives_whole_trees() {
     let triangles = soup(30_000);
     for container in ContainerKind::ALL {
-        for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah] {
+        for builder in FORKING {
             let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Hq, container) };
             if settings.refusal(triangles.len()).is_none() {
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
@@ -197,9 +201,13 @@ fn equal_triangles_do_not_make_a_list() {
             let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
         }
-        let settings = BuildSettings { builder: BuilderKind::Lbvh, container, ..BuildSettings::default() };
-        let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
-        assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
+        for builder in [BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::Sweep] {
+            let settings = BuildSettings { builder, container, ..BuildSettings::default() };
+            if settings.refusal(triangles.len()).is_none() {
+                let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
+                assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
+            }
+        }
     }
     let settings = BuildSettings { builder: BuilderKind::Exact, ..BuildSettings::default() };
     let (tree, _) = build_binary(&triangles[..1000], &settings, &CancelToken::new()).unwrap();
@@ -236,6 +244,9 @@ fn better_settings_make_better_trees() {
     let sah = cost_of(BuilderKind::BinnedSah, Preset::Fast);
     assert!(hq < fast && fast < lbvh, "AAC HQ {hq}, AAC Fast {fast}, LBVH {lbvh}");
     assert!(sah < lbvh, "binned SAH {sah}, LBVH {lbvh}");
+    let [sweep, ploc] = [BuilderKind::Sweep, BuilderKind::Ploc].map(|builder| cost_of(builder, Preset::Fast));
+    assert!(sweep < sah, "sweep SAH {sweep}, binned SAH {sah}");
+    assert!(ploc < 0.9 * lbvh, "PLOC {ploc}, LBVH {lbvh}");
     assert!(swift < lbvh, "AAC of leaf blocks {swift}, LBVH {lbvh}");
 }
 
@@ -337,7 +348,7 @@ fn a_cancelled_build_stops() {
 fn a_build_cancelled_at_any_check_point_stops_and_the_next_one_is_right() {
     let triangles = soup(20_000);
     for container in ContainerKind::ALL {
-        for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah] {
+        for builder in FORKING {
             let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Hq, container) };
             if settings.refusal(triangles.len()).is_some() {
                 continue;
@@ -368,7 +379,7 @@ fn exact_clustering_stops_in_the_middle_of_equal_triangles() {
 #[test]
 fn progress_ends_at_one() {
     let triangles = soup(20_000);
-    for builder in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::BinnedSah, BuilderKind::None] {
+    for builder in FORKING.into_iter().chain([BuilderKind::None]) {
         let token = CancelToken::new();
         let settings = BuildSettings { builder, ..BuildSettings::default() };
         build_binary(&triangles, &settings, &token).unwrap();

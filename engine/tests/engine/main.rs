@@ -30,6 +30,7 @@ mod optimize;
 mod oriented;
 mod queries;
 mod ray_events;
+mod reference_builders;
 mod refit;
 mod regret;
 mod survival;

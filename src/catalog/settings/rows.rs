@@ -63,7 +63,13 @@ const fn builder_sentence(kind: BuilderKind) -> &'static str {
         BuilderKind::Lbvh => {
             "Median split by Morton code (Lauterbach et al. 2009): the fastest build of all, the worst tree"
         }
+        BuilderKind::Ploc => {
+            "Merges mutual nearest neighbours along the curve, round by round (PLOC: Meister and Bittner 2018)"
+        }
         BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), not with spheres",
+        BuilderKind::Sweep => {
+            "Top-down, the best of all splits by the surface area heuristic (Wald 2007): slower than bins, not with spheres"
+        }
         BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
         BuilderKind::None => "No tree: every ray tests every triangle",
     }
@@ -186,7 +192,7 @@ fn is_aac(build: &BuildSettings) -> bool {
 pub static CURVE: Setting = Setting {
     key: "curve",
     value_name: "NAME",
-    help: "AAC and LBVH: the curve along which triangles are sorted: {} (Morton and size)",
+    help: "AAC, LBVH and PLOC: the curve along which triangles are sorted: {} (Morton and size)",
     label: "Curve",
     tip: "Space-filling curve along which triangles are sorted before they are clustered",
     value: Value::One {
@@ -194,7 +200,7 @@ pub static CURVE: Setting = Setting {
         get: |build| Curve::ALL.iter().position(|curve| *curve == build.curve),
         set: |build, index| build.curve = Curve::ALL[index],
     },
-    applies: |build| build.builder.is_aac() || build.builder == BuilderKind::Lbvh,
+    applies: |build| build.builder.sorts_along_curve(),
     written: Written::Changed,
 };
 
