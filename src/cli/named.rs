@@ -1,6 +1,5 @@
 //! Values chosen by name: parsers and help texts, both derived from the list that each type has of its own values.
 
-use crate::cli::values::whole;
 use crate::headless::MeasuringRays;
 use crate::lab::population::{Population, Populations};
 use crate::lab::report_table::TableFormat;
@@ -162,37 +161,6 @@ pub fn policies(text: &str) -> Result<Policies, String> {
         }
     }
     Ok(Policies(list))
-}
-
-/// Values of an axis, each once.
-#[derive(Debug, Clone)]
-pub struct List<T>(pub Vec<T>);
-
-impl<T: Copy + PartialEq> List<T> {
-    /// Those of a comma-separated list, or `all`.
-    fn parse(text: &str, all: &[T], value: impl Fn(&str) -> Result<T, String>) -> Result<Self, String> {
-        if text == "all" {
-            return Ok(Self(all.to_vec()));
-        }
-        let mut list = Vec::new();
-        for part in text.split(',') {
-            let value = value(part)?;
-            if !list.contains(&value) {
-                list.push(value);
-            }
-        }
-        Ok(Self(list))
-    }
-}
-
-/// Parses a comma-separated list of values of `T`, or `all`.
-pub fn named_list<T: Named + PartialEq>(text: &str) -> Result<List<T>, String> {
-    List::parse(text, T::VALUES, named)
-}
-
-/// Parses a comma-separated list of whole numbers within limits, or `all`.
-pub fn number_list(text: &str, [low, high]: [u32; 2], all: &[u32]) -> Result<List<u32>, String> {
-    List::parse(text, all, |part| whole(part, low, high))
 }
 
 /// Parses a SIMD level that this machine supports.

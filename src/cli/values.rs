@@ -2,7 +2,7 @@
 
 pub use crate::text::{parse_direction as direction, parse_vector as vector};
 
-use super::named::named;
+use super::named::{Named, named};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
 use crate::budget::MemoryLimit;
@@ -30,6 +30,37 @@ where
         Ok(value) if low <= value && value <= high => Ok(value),
         _ => Err(format!("a whole number from {low} to {high} is expected")),
     }
+}
+
+/// Values of an axis, each once.
+#[derive(Debug, Clone)]
+pub struct List<T>(pub Vec<T>);
+
+impl<T: Copy + PartialEq> List<T> {
+    /// Those of a comma-separated list, or `all`.
+    fn parse(text: &str, all: &[T], value: impl Fn(&str) -> Result<T, String>) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Self(all.to_vec()));
+        }
+        let mut list = Vec::new();
+        for part in text.split(',') {
+            let value = value(part)?;
+            if !list.contains(&value) {
+                list.push(value);
+            }
+        }
+        Ok(Self(list))
+    }
+}
+
+/// Parses a comma-separated list of values of `T`, or `all`.
+pub fn named_list<T: Named + PartialEq>(text: &str) -> Result<List<T>, String> {
+    List::parse(text, T::VALUES, named)
+}
+
+/// Parses a comma-separated list of whole numbers within limits, or `all`.
+pub fn number_list(text: &str, [low, high]: [u32; 2], all: &[u32]) -> Result<List<u32>, String> {
+    List::parse(text, all, |part| whole(part, low, high))
 }
 
 /// A value of `--camera`.

@@ -98,7 +98,7 @@ pub struct LayoutRow {
     pub numbers: LayoutNumbers,
     /// The rays.
     pub population: Population,
-    /// What they cost.
+    /// Their cost.
     #[serde(flatten)]
     pub rays: RayNumbers,
     /// True if no other layout reads fewer bytes and takes fewer tests by these rays.
@@ -243,7 +243,7 @@ impl Rays {
     }
 }
 
-/// What the layouts are made from and measured by.
+/// Trees and rays that the layouts are made from and measured by.
 struct Subject<'a> {
     binary: &'a Tree<Aabb>,
     leaf_triangles: Vec<Triangle>,

@@ -17,7 +17,7 @@ mod documented_counts;
 mod golden;
 #[cfg(unix)]
 mod interrupting;
-mod layouts;
+mod layouts_command;
 #[cfg(feature = "gui")]
 mod merges;
 mod moments;

@@ -123,7 +123,7 @@ fn builders_are_ranked_by_the_rays_of_a_file() {
     let line =
         text.lines().find(|line| line.split_whitespace().nth(3) == Some("file")).unwrap_or_else(|| panic!("{text}"));
     let correlation: f64 = line.split_whitespace().nth(5).unwrap().parse().unwrap();
-    assert!(correlation > 0.9, "random lines cost what the SAH predicts: {text}");
+    assert!(correlation > 0.8, "random lines cost what the SAH predicts: {text}");
     let row = &json(&[&common[..], &["--json"]].concat())[0];
     assert_eq!((&row["populations"][0]["population"], &row["populations"][0]["rays"]), (&"file".into(), &5000.into()));
     assert!(row["command_line"].as_str().unwrap().contains("a.rays"), "{row}");

@@ -409,7 +409,7 @@ fn scenes_far_from_the_origin_keep_their_decimals() {
 }
 
 #[test]
-fn flat_copies_without_measure_are_refused() {
+fn copies_without_measure_are_refused() {
     let object = format!("ObjectBegin \"a\"\n{}ObjectEnd\n", "Shape \"sphere\"\n".repeat(100));
     let options = LoadOptions { instances: Instancing::Flat, ..LoadOptions::default() };
     let text = object + &"ObjectInstance \"a\"\n".repeat(2800);

@@ -109,7 +109,7 @@ impl Placement {
         Vec3::from_array(self.rows.map(component))
     }
 
-    /// Whether the copy is mirrored, so that its triangles turn the other way around.
+    /// True if the copy is mirrored, so that its triangles turn the other way around.
     pub fn is_mirrored(&self) -> bool {
         self.inverse.determinant() < 0.0
     }

@@ -1,8 +1,8 @@
 //! The hierarchy of a layout, with its place in memory.
 
 use super::grid::quantise;
+use super::layout::{Layout, TRIANGLE_BYTES};
 use super::plan::Plan;
-use super::{Layout, TRIANGLE_BYTES};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Aabb;
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
@@ -53,7 +53,7 @@ pub struct LaidNumbers {
 
 impl LaidTree {
     /// The tree that `layout` makes of a binary one, see [`Tree::is_binary`]. `visits` are those of its nodes, for
-    /// [`Collapse::Visits`](super::Collapse::Visits). Nodes lie in memory depth first, triangles in leaf order.
+    /// [`Collapse::Visits`](super::layout::Collapse::Visits). Nodes lie in memory depth first, triangles in leaf order.
     pub fn new(
         binary: &Tree<Aabb>,
         layout: Layout,

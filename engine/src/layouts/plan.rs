@@ -1,6 +1,6 @@
 //! Which nodes of a binary tree become the children of each wide node, and which become leaves.
 
-use super::{Collapse, Layout, TRIANGLE_BYTES};
+use super::layout::{Collapse, Layout, MAX_CHILDREN, TRIANGLE_BYTES};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Aabb;
 use crate::kernel::parallel::zeros;
@@ -130,9 +130,9 @@ impl<'a> Plan<'a> {
                 continue;
             }
             let row = |node: usize| match self.rows[node] {
-                LEAF => [single[node]; super::MAX_CHILDREN as usize],
+                LEAF => [single[node]; MAX_CHILDREN as usize],
                 row => {
-                    let mut all = [0.0; super::MAX_CHILDREN as usize];
+                    let mut all = [0.0; MAX_CHILDREN as usize];
                     all[..lanes].copy_from_slice(&costs[row as usize * lanes..][..lanes]);
                     all
                 }

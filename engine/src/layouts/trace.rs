@@ -2,7 +2,8 @@
 
 use std::ops::AddAssign;
 
-use super::{LaidTree, TRIANGLE_BYTES};
+use super::lay::LaidTree;
+use super::layout::TRIANGLE_BYTES;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::SimdLevel;
@@ -16,7 +17,7 @@ const RAYS_PER_TASK: usize = 1 << 9;
 /// Bytes of the lines that are counted: of most processors, and of GPUs.
 const LINES: [usize; 2] = [LINE_BYTES, 2 * LINE_BYTES];
 
-/// What is asked of a ray.
+/// The query that a ray makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaidQuery {
     /// The closest hit: the nearest child first, and nothing behind the nearest hit so far.
@@ -30,7 +31,7 @@ pub enum LaidQuery {
 /// A ray, what is asked of it, and the number of rays that it stands for.
 pub type LaidRay = (Ray, LaidQuery, u32);
 
-/// What rays visit, test and read, in all.
+/// Nodes that rays visit, tests, and lines and bytes that they read, in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RayCounts {
     /// Nodes visited that have children, each with all of its boxes.

@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::picture::CameraArgs;
 use super::shared::{BuildArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
-use crate::cli::named::{List, help, named, named_list, number_list, rays, simd};
+use crate::cli::named::{help, named, rays, simd};
 use crate::cli::values::{self, ModelParser};
+use crate::cli::values::{List, named_list, number_list};
 use crate::headless::MeasuringRays;
 use crate::lab::report_table::TableFormat;
 use crate::scene::SceneSource;

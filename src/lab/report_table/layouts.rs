@@ -61,7 +61,7 @@ fn trees(rows: &[LayoutRow]) -> ReportTable {
     table
 }
 
-/// What the rays of one population cost in each tree.
+/// The cost of the rays of one population in each tree.
 fn costs(first: &LayoutRow, rows: &[&LayoutRow]) -> ReportTable {
     let columns = [
         ("layout", ""),

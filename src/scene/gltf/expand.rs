@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use glam::{Affine3A, DMat4, DVec3, Mat4, Vec3, Vec4};
 
-use super::MAX_TRIANGLES;
 use super::instances::Instances;
 use super::nodes::Placement;
 use super::primitive::Primitive;
@@ -26,6 +25,9 @@ use crate::scene::read::READ_PROGRESS;
 use crate::scene::two_levels::is_flat;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
+
+/// Maximum number of triangles that are made; more are taken for a mistake or an attack.
+pub(super) const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// A mesh of the scene and how often it is there.
 pub(super) struct Copies<'a> {

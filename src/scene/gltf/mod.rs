@@ -31,7 +31,7 @@ use std::path::Path;
 use self::accessor::{AccessorError, Accessors};
 use self::animation::Animations;
 use self::document::Document;
-use self::expand::{Copies, counts, expand};
+use self::expand::{Copies, MAX_TRIANGLES, counts, expand};
 use self::nodes::{Hierarchy, Ordered};
 use self::primitive::{Decoded, MaterialUse, Primitive, declared_triangles};
 use self::skin::Skins;
@@ -43,9 +43,6 @@ use super::options::{Instancing, LoadOptions};
 use super::two_levels::check_copies;
 use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
-
-/// Maximum number of triangles that are made; more are taken for a mistake or an attack.
-const MAX_TRIANGLES: u64 = 1 << 28;
 
 /// Loads a glTF or GLB file from memory.
 pub(super) fn load(
