@@ -45,7 +45,7 @@
 //! | [`fingerprint`] | one number for a tree, to compare machines and versions by | builders | [`fingerprint::of_tree`] |
 //! | `tree_file` | trees of any builder as files, with the feature `tree-file` | builders, rays | `tree_file::TreeFile` |
 //! | `bvh` | both trees and the report of the build as one value, over triangles or items of the caller's own | | [`build`], [`Bvh`], [`ItemBvh`] |
-//! | `instances` | copies of meshes in two levels | builders, rays in packets | [`Instances`] |
+//! | `instances` | copies of meshes in two levels | builders | [`Instances`] |
 //! | [`follow`] | both trees behind one policy, which keep up with triangles that move from frame to frame | clips, seconds | [`follow::Follower`], [`follow::Policy`] |
 //!
 //! None of them depends on files, scenes, materials, cameras or pixels, and none starts a thread: builds run in the rayon pool of the
@@ -99,7 +99,7 @@ pub use bvh::{BinaryBvh, BuildReport, Bvh, ItemBvh, ItemHit, WideBvh, build};
 pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Placement, Ray, Sphere, Triangle};
 pub use glam;
-pub use instances::{BinaryLevels, Copies, InstanceHit, Instances, MeshCopies, Placed};
+pub use instances::{BinaryLevels, Copies, CopyCost, CopyCosts, InstanceHit, Instances, MeshCopies, Placed};
 pub use kernel::SimdLevel;
 pub use optimize::orient;
 pub use query::ClosestPoint;

@@ -17,6 +17,8 @@ const PLACE_PAD: f64 = 4.0 / (1 << 24) as f64;
 const LARGEST_SCALE: f64 = 1e12;
 /// Largest coordinate of a copy: as far as triangles are watertight.
 const LARGEST_COORDINATE: f64 = 1e18;
+/// Least widening of boxes for rays whose directions keep their scale: more than what products of small numbers lose.
+const LEAST_WIDENING: f32 = 1e-20;
 /// Largest difference from the identity of a transform times its computed inverse.
 const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
 
@@ -28,6 +30,16 @@ pub struct Placement {
     inverse: DMat3,
     /// The largest sum of the absolute terms of a coordinate of the copy.
     reach: f64,
+}
+
+/// The point that rays begin at, in the coordinates of a mesh, and what takes their directions there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CarriedPoint {
+    pub(crate) point: Vec3,
+    /// Factors of a direction in the world, by axis of the mesh.
+    pub(crate) rows: [[f32; 3]; 3],
+    /// See [`CarriedRay::widening`].
+    pub(crate) widening: [f32; 3],
 }
 
 /// A ray in the coordinates of a mesh.
@@ -136,23 +148,42 @@ impl Placement {
     /// The widening is more than what rounding moves between the two: 40 units of 2⁻²⁴ of S·W on an axis, where S is the sum of the
     /// absolute elements of the inverse's row and W that of the reaches of copy and ray. docs/containers.md, "Copies of meshes", derives it.
     pub(crate) fn carry(&self, ray: &Ray) -> Option<CarriedRay> {
-        let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
-        let origin = self.inverse * (ray.origin.as_dvec3() - DVec3::new(x, y, z));
+        let (origin, widening) = self.carry_origin(ray.origin);
         let direction = self.inverse * ray.direction.as_dvec3();
         // So that neither its square nor its reciprocal leaves the range.
         let (scale, per_distance) = powers(direction.abs().max_element())?;
         let carried = Ray {
-            origin: origin.as_vec3(),
+            origin,
             direction: (direction * scale).as_vec3(),
             t_min: (ray.t_min.max(0.0) * per_distance).next_down().max(0.0),
             t_max: ray.t_max,
         };
-        let reach = (self.reach + f64::from(ray.origin.abs().max_element())) * CARRY_PAD;
-        let rows = self.inverse.transpose();
-        let widening = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row.abs().element_sum() * reach) as f32);
         let fits = carried.origin.is_finite() && carried.direction.is_finite();
         let carried = CarriedRay { ray: carried, per_distance, widening };
         fits.then(|| CarriedRay { ray: Ray { t_max: carried.distance(ray.t_max), ..carried.ray }, ..carried })
+    }
+}
+
+impl Placement {
+    /// `origin` in the coordinates of the mesh, and the widening of [`Placement::carry`].
+    #[inline(always)]
+    fn carry_origin(&self, origin: Vec3) -> (Vec3, [f32; 3]) {
+        let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
+        let carried = self.inverse * (origin.as_dvec3() - DVec3::new(x, y, z));
+        let reach = (self.reach + f64::from(origin.abs().max_element())) * CARRY_PAD;
+        let rows = self.inverse.transpose();
+        let widening = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row.abs().element_sum() * reach) as f32);
+        (carried.as_vec3(), widening)
+    }
+
+    /// [`Placement::carry`] for many rays from one point, whose directions are carried in single precision and keep their scale: three
+    /// roundings more, which the widening has room for. `None` where the numbers may leave the range of single precision.
+    pub(crate) fn carry_point(&self, origin: Vec3) -> Option<CarriedPoint> {
+        let (point, widening) = self.carry_origin(origin);
+        let rows = self.inverse.transpose();
+        let rows = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.as_vec3().to_array());
+        let fits = point.is_finite() && widening.iter().all(|&width| width >= LEAST_WIDENING);
+        fits.then_some(CarriedPoint { point, rows, widening })
     }
 }
 

@@ -84,7 +84,7 @@ impl BinaryLevels<'_> {
     }
 
     /// The hit that ends a query.
-    fn query<P: Probe>(&self, ray: &Ray, query: RayQuery, probe: &mut P) -> Option<InstanceHit> {
+    pub(super) fn query<P: Probe>(&self, ray: &Ray, query: RayQuery, probe: &mut P) -> Option<InstanceHit> {
         match query {
             RayQuery::ClosestHit(Traversal::Ordered) => self.trace::<P, true, false>(ray, probe),
             RayQuery::ClosestHit(Traversal::Paper) => self.trace::<P, false, false>(ray, probe),

@@ -3,11 +3,13 @@
 //! [`MeshCopies`] are the lower level, and find hits below any tree over the copies' boxes; [`Instances`] have such a tree.
 
 mod copies;
+mod costs;
 mod counted;
 mod hit;
 mod two_levels;
 
 pub use copies::{Copies, MeshCopies, Placed};
+pub use costs::{CopyCost, CopyCosts};
 pub use counted::BinaryLevels;
 pub use hit::InstanceHit;
 pub use two_levels::Instances;

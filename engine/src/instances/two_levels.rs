@@ -10,12 +10,13 @@ use super::hit::InstanceHit;
 use crate::builders::BuildError;
 use crate::bvh::{Bvh, ItemBvh, WideBvh};
 use crate::cancel::CancelToken;
-use crate::geometry::{Aabb, Ray, TriangleHit};
+use crate::geometry::{Aabb, Hit, Ray, TriangleHit};
 use crate::query::HitList;
 use crate::settings::BuildSettings;
 use crate::tree::Container;
 use crate::tree::traverse::Probe;
-use crate::wide::trace::{copies as walk, each_hit_of_copy, each_hit_of_copy_with, world_ray};
+use crate::wide::AnyWideTree;
+use crate::wide::trace::{copies as walk, each_hit_of_copy, each_hit_of_copy_with, packet, packet_copies, world_ray};
 use crate::with_tree;
 
 /// Copies of meshes in a tree of two levels: one hierarchy for each mesh, however many copies it has, and one over the copies.
@@ -136,14 +137,33 @@ impl Instances {
         nearest
     }
 
-    /// [`Instances::closest_hit`] of each of `rays`, written to the first elements of `hits`.
+    /// [`Instances::closest_hit`] of each of `rays`, written to the first elements of `hits`. Fast if the rays come from one point in
+    /// similar directions and each sixteen consecutive rays are neighbours; correct for any rays.
     ///
     /// # Panics
     ///
     /// If `hits` is shorter than `rays`.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<InstanceHit>]) {
         assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
-        rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+        let hits = &mut hits[..rays.len()];
+        for (rays, hits) in rays.chunks(packet::MAX_RAYS).zip(hits.chunks_mut(packet::MAX_RAYS)) {
+            if !self.closest_hits_of_packet(rays, hits) {
+                rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+            }
+        }
+    }
+
+    /// Traces `rays` as a packet; `false` if they are few, or not coherent enough.
+    fn closest_hits_of_packet(&self, rays: &[Ray], hits: &mut [Option<InstanceHit>]) -> bool {
+        let AnyWideTree::Aabb(top) = &self.top.tree else { return false };
+        if rays.len() < packet::FEW {
+            return false;
+        }
+        hits.fill(None);
+        packet_copies::closest_hits(Level::new(), top, &|item| self.copy(item), rays, &mut |index, instance, hit| {
+            let Hit { t, primitive_index, u, v } = hit;
+            hits[index] = Some(InstanceHit { t, instance, primitive_index, u, v });
+        })
     }
 
     /// Tells if anything lies on `ray` between its `t_min` and `t_max`.

@@ -52,6 +52,14 @@ pub struct LaidNumbers {
 }
 
 impl LaidTree {
+    /// Peak of the memory, in bytes, of laying a binary tree of so many nodes out with up to `children` children: the decisions, of which
+    /// those of an interior node have five bytes for each child, and the hierarchy, whose lists may have twice the room that they need.
+    pub const fn peak_bytes(nodes: usize, children: u32) -> u64 {
+        let of_plan = 21 + children as u64 * 5 / 2;
+        let of_tree = 2 * (size_of::<Node<Aabb>>() + size_of::<u32>()) as u64 + 2;
+        nodes as u64 * (of_plan + of_tree)
+    }
+
     /// The tree that `layout` makes of a binary one, see [`Tree::is_binary`]. `visits` are those of its nodes, for
     /// [`Collapse::Visits`](super::layout::Collapse::Visits). Nodes lie in memory depth first, triangles in leaf order.
     pub fn new(

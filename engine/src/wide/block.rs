@@ -8,22 +8,30 @@ use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::tree::traverse::Nearest;
 use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, NEEDLE_MARK, WINDOW};
+use crate::wide::needles::are_needles;
 use crate::wide::ray_lanes::TriangleLanes;
 
-/// One to four triangles of a leaf, which are tested side by side.
+/// One to four triangles of a leaf, which are tested side by side. With `STRIDE` a row has as many numbers whatever there are triangles, as
+/// of triangles that were moved from a block to where a copy stands.
 #[derive(Debug, Clone, Copy)]
-pub struct TriangleBlock<'a> {
+pub struct TriangleBlock<'a, const STRIDE: usize = 0> {
     /// For each axis and corner the coordinate of each triangle, then the indices of the triangles, and what follows.
     pub(crate) window: &'a [f32; WINDOW],
     /// Number of triangles.
     pub(crate) count: usize,
 }
 
-impl TriangleBlock<'_> {
+impl<const STRIDE: usize> TriangleBlock<'_, STRIDE> {
     /// Number of triangles, one to four.
     #[inline(always)]
     pub fn count(&self) -> usize {
         self.count & 7
+    }
+
+    /// Numbers in a row.
+    #[inline(always)]
+    fn stride(&self) -> usize {
+        if STRIDE == 0 { self.count() } else { STRIDE }
     }
 
     /// One bit for each triangle.
@@ -35,13 +43,17 @@ impl TriangleBlock<'_> {
     /// Index of a lane's triangle in the list that the tree was built from.
     #[inline(always)]
     pub fn primitive_index(&self, lane: usize) -> u32 {
-        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & !(INDEX_MARK | NEEDLE_MARK)
+        self.window[(self.stride() * COORDINATES + lane) & 63].to_bits() & !(INDEX_MARK | NEEDLE_MARK)
     }
 
     /// Whether a lane's triangle is a needle: long and thin, with distances of hits taken from its plane.
     #[inline(always)]
     pub(crate) fn is_needle(&self, lane: usize) -> bool {
-        self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & NEEDLE_MARK != 0
+        if STRIDE == 0 {
+            self.window[(self.count() * COORDINATES + lane) & 63].to_bits() & NEEDLE_MARK != 0
+        } else {
+            self.triangle(lane).is_needle()
+        }
     }
 
     /// Replaces the distances in `lanes`, of needles, by those of the planes along `ray`.
@@ -53,22 +65,30 @@ impl TriangleBlock<'_> {
         }
     }
 
-    /// A number for each triangle, above 1, or negative where it is a needle: its marked index.
+    /// A number for each triangle, above 1, or negative where it is a needle: its marked index. With a `STRIDE` the marks are those of the
+    /// triangles where they were before, and needles are found here: few rays get so far.
     #[inline(always)]
     pub(crate) fn marks<S: Simd>(&self, simd: S) -> f32x4<S> {
-        f32x4::from_slice(simd, &self.window[(self.count() * COORDINATES) & 63..][..BLOCK])
+        let marks = f32x4::from_slice(simd, &self.window[(self.stride() * COORDINATES) & 63..][..BLOCK]);
+        if STRIDE == 0 {
+            return marks;
+        }
+        let [x, y, z] = each!(axis => self.corners(simd, 8 * axis as u32));
+        let needles = are_needles(simd, each!(corner => [x[corner], y[corner], z[corner]]));
+        let marks = marks.abs();
+        needles.select(-marks, marks)
     }
 
     /// The first row of each axis, one in each byte.
     #[inline(always)]
     fn starts(&self) -> u32 {
-        self.count() as u32 * 0x06_03_00
+        self.stride() as u32 * 0x06_03_00
     }
 
     /// A coordinate of the triangle in a lane.
     #[inline(always)]
     pub(crate) fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
-        self.window[(self.count() * (3 * axis + corner) + lane) & 63]
+        self.window[(self.stride() * (3 * axis + corner) + lane) & 63]
     }
 
     /// The triangle in a lane.
@@ -93,10 +113,10 @@ impl TriangleBlock<'_> {
     /// Coordinates of the three corners on an axis; `shift` is eight times its number.
     #[inline(always)]
     pub(crate) fn corners<S: Simd>(&self, simd: S, shift: u32) -> [f32x4<S>; 3] {
-        let count = self.count();
+        let stride = self.stride();
         // A shift takes less time than a multiplication. At most 24; by the mask the compiler sees that the window is never left.
         let start = (self.starts() >> (shift & 31) & 31) as usize;
-        each!(corner => f32x4::from_slice(simd, &self.window[start + corner * count..][..BLOCK]))
+        each!(corner => f32x4::from_slice(simd, &self.window[start + corner * stride..][..BLOCK]))
     }
 }
 
@@ -134,15 +154,15 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     /// Calls `found` with the hit of each triangle of `block` up to `t_max`, and the triangle's index. `ray` is the ray that `self` was
     /// prepared from.
     #[inline(always)]
-    pub(crate) fn each_hit<S: Simd>(
+    pub(crate) fn each_hit<S: Simd, const STRIDE: usize>(
         self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         ray: &Ray,
         t_max: f32,
         mut found: impl FnMut(TriangleHit, u32),
     ) {
-        let mut uncertain = self.each_certain_hit::<S, false>(simd, block, ray, t_max, &mut found);
+        let mut uncertain = self.each_certain_hit::<S, STRIDE, false>(simd, block, ray, t_max, &mut found);
         while uncertain != 0 {
             let lane = uncertain.trailing_zeros() as usize % BLOCK;
             uncertain &= uncertain - 1;
@@ -165,20 +185,22 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         let mut offer = |hit, primitive_index| {
             nearest.offer(hit, primitive_index);
         };
-        self.each_certain_hit::<S, INLINE>(simd, block, ray, t_max, &mut offer)
+        self.each_certain_hit::<S, 0, INLINE>(simd, block, ray, t_max, &mut offer)
     }
 
     /// [`BlockRay::each_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    fn each_certain_hit<S: Simd, const INLINE: bool>(
+    fn each_certain_hit<S: Simd, const STRIDE: usize, const INLINE: bool>(
         self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         ray: &Ray,
         t_max: f32,
         found: &mut impl FnMut(TriangleHit, u32),
     ) -> u32 {
-        let Some(plane_hits) = self.intersect_planes::<S, false, INLINE>(simd, block, ray, t_max) else { return 0 };
+        let Some(plane_hits) = self.intersect_planes::<S, STRIDE, false, INLINE>(simd, block, ray, t_max) else {
+            return 0;
+        };
         let (entered, entry) = self.intersect_bounds(simd, block, t_max);
         let mut hits = plane_hits.hits & entered.to_bitmask() as u32;
         if hits != 0 {
@@ -218,7 +240,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
         ray: &Ray,
         t_max: f32,
     ) -> (bool, u32) {
-        let Some(plane_hits) = self.intersect_planes::<S, true, false>(simd, block, ray, t_max) else {
+        let Some(plane_hits) = self.intersect_planes::<S, 0, true, false>(simd, block, ray, t_max) else {
             return (false, 0);
         };
         let entered = self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32;
@@ -227,10 +249,10 @@ impl<'a, const N: usize> BlockRay<'a, N> {
 
     /// Intersects the planes of the triangles; `None` if the ray misses all triangles.
     #[inline(always)]
-    fn intersect_planes<S: Simd, const ANY: bool, const INLINE: bool>(
+    fn intersect_planes<S: Simd, const STRIDE: usize, const ANY: bool, const INLINE: bool>(
         self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         ray: &Ray,
         t_max: f32,
     ) -> Option<PlaneHits<S>> {
@@ -266,7 +288,7 @@ impl<'a, const N: usize> BlockRay<'a, N> {
             let low = depth[0].min(depth[1]).min(depth[2]);
             let high = depth[0].max(depth[1]).max(depth[2]);
             let needles = exact & !plain & !missed;
-            t = self.needle_distances::<S, ANY, INLINE>(simd, block, ray, t_max, needles, [t, low, high]);
+            t = self.needle_distances::<S, STRIDE, ANY, INLINE>(simd, block, ray, t_max, needles, [t, low, high]);
         }
         let within = t.simd_ge(t_min) & t.simd_le(splat(t_max));
         // Of half the blocks that get here (bunny) no plane is hit within the interval: they need no test of their boxes.
@@ -283,10 +305,10 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     /// The distances `t`, those of `needles` taken from their planes but no nearer than `low` and no farther than `high`. With `ANY`
     /// only where that decides on a hit.
     #[inline(always)]
-    fn needle_distances<S: Simd, const ANY: bool, const INLINE: bool>(
+    fn needle_distances<S: Simd, const STRIDE: usize, const ANY: bool, const INLINE: bool>(
         self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         ray: &Ray,
         t_max: f32,
         needles: mask32x4<S>,
@@ -315,7 +337,12 @@ impl<'a, const N: usize> BlockRay<'a, N> {
     /// Intersects the bounding box of each triangle up to `t_max`, as [`Triangle::hit_in_box`] does: whether and where
     /// the ray enters.
     #[inline(always)]
-    fn intersect_bounds<S: Simd>(self, simd: S, block: TriangleBlock<'_>, t_max: f32) -> (mask32x4<S>, f32x4<S>) {
+    fn intersect_bounds<S: Simd, const STRIDE: usize>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_, STRIDE>,
+        t_max: f32,
+    ) -> (mask32x4<S>, f32x4<S>) {
         let splat = |value| f32x4::splat(simd, value);
         let corners = each!(axis => block.corners(simd, 8 * axis as u32));
         let low = each!(axis => {
@@ -349,13 +376,23 @@ struct PlaneHits<S: Simd> {
 /// [`TriangleBlock::plane_distances`] in a function of its own, where its registers would be missed in a loop.
 #[cold]
 #[inline(never)]
-fn plane_distances_outlined(block: TriangleBlock<'_>, lanes: u32, ray: &Ray, distances: &mut [f32; BLOCK]) {
+fn plane_distances_outlined<const STRIDE: usize>(
+    block: TriangleBlock<'_, STRIDE>,
+    lanes: u32,
+    ray: &Ray,
+    distances: &mut [f32; BLOCK],
+) {
     block.plane_distances(lanes, ray, distances);
 }
 
 /// Intersection with a single triangle in double precision.
 #[cold]
 #[inline(never)]
-fn exact_hit(block: TriangleBlock<'_>, lane: usize, ray: &Ray, t_max: f32) -> Option<TriangleHit> {
+fn exact_hit<const STRIDE: usize>(
+    block: TriangleBlock<'_, STRIDE>,
+    lane: usize,
+    ray: &Ray,
+    t_max: f32,
+) -> Option<TriangleHit> {
     block.triangle(lane).intersect(&PreparedRay::new(*ray), &Shear::new(ray.direction), t_max)
 }

@@ -6,15 +6,15 @@
 
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
-use fearless_simd::{Select, Simd, SimdBase, f32x4, mask32x4};
+use fearless_simd::{Select, Simd, SimdBase, f32x4};
 
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
-use crate::geometry::{Aabb, NEEDLE_ASPECT, Triangle};
-use crate::kernel::each;
+use crate::geometry::{Aabb, Triangle};
 use crate::kernel::prefetch::prefetch_lines;
 use crate::wide::block::TriangleBlock;
 use crate::wide::child::{Child, LeafRange};
 use crate::wide::layout::{BLOCK, COORDINATES, INDEX_MARK, VALUES, WINDOW};
+use crate::wide::needles::are_needles;
 
 /// Values after the last triangle, which make the window of every block whole.
 pub(crate) const PADDING: usize = WINDOW - VALUES;
@@ -159,18 +159,8 @@ fn write_block<S: Simd>(simd: S, triangles: &[Triangle], indices: &[u32], values
 
 /// Writes the rows of a block of `count` triangles: each with four, of which the next row overwrites what is too much.
 #[inline(always)]
-pub(crate) fn write_rows<S: Simd>(rows: &[f32x4<S>; VALUES], count: usize, window: &mut [f32; BLOCK * VALUES]) {
+fn write_rows<S: Simd>(rows: &[f32x4<S>; VALUES], count: usize, window: &mut [f32; BLOCK * VALUES]) {
     for (at, row) in rows.iter().enumerate() {
         window[at * count..][..BLOCK].copy_from_slice(row.as_slice());
     }
-}
-
-/// [`Triangle::is_needle`] of four triangles.
-#[inline(always)]
-pub(crate) fn are_needles<S: Simd>(simd: S, [a, b, c]: [[f32x4<S>; 3]; 3]) -> mask32x4<S> {
-    let (ab, ac) = (each!(axis => b[axis] - a[axis]), each!(axis => c[axis] - a[axis]));
-    let normal = [ab[1] * ac[2] - ac[1] * ab[2], ab[2] * ac[0] - ac[2] * ab[0], ab[0] * ac[1] - ac[0] * ab[1]];
-    let size = normal[0].abs().max(normal[1].abs()).max(normal[2].abs());
-    let squared = |edge: [f32x4<S>; 3]| edge[0] * edge[0] + edge[1] * edge[1] + edge[2] * edge[2];
-    (size * f32x4::splat(simd, NEEDLE_ASPECT)).simd_lt(squared(ab).max(squared(ac)))
 }

@@ -17,6 +17,7 @@ pub mod child;
 pub mod compact;
 pub mod dop_bounds;
 pub mod leaves;
+mod needles;
 pub mod oriented_bounds;
 pub mod sphere_bounds;
 pub mod tree;

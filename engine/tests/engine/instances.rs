@@ -5,10 +5,11 @@ use std::sync::Arc;
 use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
 use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
 use bvhscope_engine::tree::Tree;
-use bvhscope_engine::tree::traverse::{NoProbe, Traversal};
+use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
+use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::{
-    AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, Hit, InstanceHit, Instances, ItemBvh, Placed,
-    build,
+    AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, CopyCost, Hit, InstanceHit, Instances, ItemBvh,
+    Placed, build,
 };
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
@@ -86,8 +87,66 @@ fn rays(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-/// Compares every query with the tree of the flat scene. Returns the number of hits.
-fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &mut Random) -> usize {
+/// Packets of rays from one point whose directions have the same signs and the same longest axis: towards corners, edges and faces, in
+/// narrow and wide bundles, with limits.
+fn packets(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Vec<Ray>> {
+    let mut packet = |index: usize| {
+        let target = triangles[random.below(triangles.len())];
+        let size = target.bounds().extent().length().max(f32::MIN_POSITIVE);
+        let away = [0.3, 3.0, 100.0, 1e5][index % 4] * size;
+        let towards = (random.vector().signum() * Vec3::splat(0.4) + random.vector() * 0.3).normalize();
+        let origin = target.a - towards * away;
+        let length = [1.0, 1e-9, 1e9, 17.0][index / 4 % 4];
+        let spread = [1e-5, 0.01, 0.3][index % 3];
+        let coherent = |direction: Vec3| {
+            let longest = |v: Vec3| v.abs().max_position();
+            direction.signum() == towards.signum() && longest(direction) == longest(towards)
+        };
+        let t_min = if index.is_multiple_of(5) { 0.5 * away / length } else { 0.0 };
+        let ray = |lane: usize| {
+            let other = if lane.is_multiple_of(2) { target } else { triangles[random.below(triangles.len())] };
+            let at = other.b.lerp(other.c, random.signed().abs());
+            let at = [other.a, at, at.lerp(other.a, 0.3)][lane / 2 % 3];
+            let wanted = [(at - origin).normalize_or(towards), (towards + random.vector() * spread).normalize()];
+            let direction = wanted.into_iter().find(|direction| coherent(*direction)).unwrap_or(towards);
+            let mut ray = Ray::new(origin, direction * length);
+            ray.t_min = t_min;
+            if lane.is_multiple_of(7) {
+                ray.t_max = 1.001 * away / length;
+            }
+            ray
+        };
+        (0..[16, 100, 256][index % 3]).map(ray).collect()
+    };
+    (0..count).map(&mut packet).collect()
+}
+
+/// Compares packets of rays with the tree of the flat scene. Returns the numbers of rays and hits.
+fn check_packets(name: &str, instances: &Instances, of: &[(u32, u32)], bvh: &Bvh, packets: &[Vec<Ray>]) -> [usize; 2] {
+    let mut found = [0; 2];
+    for rays in packets {
+        // One more than there are rays, which nothing may touch.
+        let untouched = InstanceHit { t: 0.0, instance: 7, primitive_index: 7, u: 0.0, v: 0.0 };
+        let mut hits = vec![Some(untouched); rays.len() + 1];
+        instances.closest_hits(rays, &mut hits);
+        assert_eq!(hits.pop(), Some(Some(untouched)), "{name}");
+        for (ray, hit) in rays.iter().zip(hits) {
+            let expected = bvh.closest_hit(ray).map(|hit| of_copy(of, &hit));
+            assert_eq!(hit, expected, "{name}, {ray:?} of {}", rays.len());
+            found = [found[0] + 1, found[1] + usize::from(expected.is_some())];
+        }
+    }
+    found
+}
+
+/// A hit of the flat scene as one of a copy.
+fn of_copy(of: &[(u32, u32)], hit: &Hit) -> InstanceHit {
+    let (instance, primitive_index) = of[hit.primitive_index as usize];
+    InstanceHit { t: hit.t, instance, primitive_index, u: hit.u, v: hit.v }
+}
+
+/// Compares every query with the tree of the flat scene. Returns the numbers of rays and of hits, of single rays and of packets.
+fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &mut Random) -> [[usize; 2]; 2] {
     let (settings, token) = (BuildSettings::default(), CancelToken::new());
     let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
     let open = 1.0 + 3.0 * random.signed().abs();
@@ -97,11 +156,10 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
     let (triangles, of) = flat(meshes, copies, &instances);
     assert_eq!(instances.copies().triangle_count(), triangles.len() as u64, "{name}");
     let bvh = build(&triangles, &settings, &token).unwrap();
-    let same = |hit: &Hit| {
-        let (instance, primitive_index) = of[hit.primitive_index as usize];
-        InstanceHit { t: hit.t, instance, primitive_index, u: hit.u, v: hit.v }
-    };
+    let same = |hit: &Hit| of_copy(&of, hit);
     let (mut all, mut all_flat, mut found) = (Vec::new(), Vec::new(), 0);
+    let packets = if triangles.is_empty() { Vec::new() } else { packets(&triangles, rays / 10, random) };
+    let in_packets = check_packets(name, &instances, &of, &bvh, &packets);
     let rays = rays_of(&triangles, rays, random);
     let mut nearest = vec![None; rays.len()];
     instances.closest_hits(&rays, &mut nearest);
@@ -126,7 +184,7 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
         }
         found += usize::from(expected.is_some());
     }
-    found
+    [[rays.len(), found], in_packets]
 }
 
 /// The same copies below a tree over the boxes of their triangles, and its binary tree.
@@ -161,7 +219,7 @@ fn copies_are_hit_as_the_flat_scene_is() {
         mesh(Vec::new(), &fast),
         mesh(trees::soup(1, 1.0, 6), &fast),
     ];
-    let (mut found, mut rays) = (0, 0);
+    let mut found = [[0; 2]; 2];
     for scale in [1e-6_f32, 1e-3, 1.0, 1e3, 1e6] {
         for offset in [0.0, 1.0, 1e3, 1e7] {
             for kind in 0..6 {
@@ -177,12 +235,16 @@ fn copies_are_hit_as_the_flat_scene_is() {
                 copies.push(copies[1]);
                 copies.push(copies[5]);
                 let name = format!("scale {scale}, offset {offset}, kind {kind}");
-                found += check(&name, &meshes, &copies, 120, &mut random);
-                rays += 120;
+                let [single, packets] = check(&name, &meshes, &copies, 120, &mut random);
+                for (sum, [rays, hits]) in found.iter_mut().zip([single, packets]) {
+                    *sum = [sum[0] + rays, sum[1] + hits];
+                }
             }
         }
     }
-    assert!(found > rays / 3, "{found} of {rays}");
+    for [rays, hits] in found {
+        assert!(hits > rays / 3, "{hits} of {rays}");
+    }
 }
 
 #[test]
@@ -194,7 +256,9 @@ fn many_copies_and_none() {
         transform: Affine3A { matrix3: matrix(&mut random, 1, 0.4), translation: (random.vector() * 8.0).into() },
     };
     let copies: Vec<Placed> = (0..700).map(copy).collect();
-    assert!(check("many", &meshes, &copies, 500, &mut Random(6)) > 300);
+    for [rays, hits] in check("many", &meshes, &copies, 500, &mut Random(6)) {
+        assert!(hits > rays / 2, "{hits} of {rays}");
+    }
     check("none", &meshes, &[], 1, &mut Random(7));
 }
 
@@ -244,4 +308,91 @@ fn opened_copies_fill_less_of_the_scene() {
     assert_eq!(closed.0, 24);
     assert!(opened.0 > 100 && opened.0 <= 192, "{opened:?}");
     assert!(opened.1 < 0.5 * closed.1, "{closed:?} {opened:?}");
+}
+
+/// The copies that a ray is carried into, and its tests.
+#[derive(Default)]
+struct Carried(Vec<u32>, TestCounts);
+
+impl Probe for Carried {
+    fn container_test(&mut self) {
+        self.1.containers += 1;
+    }
+    fn primitive_test(&mut self) {
+        self.1.primitives += 1;
+    }
+    fn carried(&mut self, copy: u32) {
+        self.0.push(copy);
+    }
+}
+
+#[test]
+fn costs_of_copies_are_those_of_single_rays() {
+    let (mut random, token, settings) = (Random(91), CancelToken::new(), BuildSettings::default());
+    let meshes = [mesh(trees::ball(Vec3::ZERO, 1.0, 9), &settings), mesh(trees::soup(60, 0.7, 5), &settings)];
+    let copy = |index: usize| Placed {
+        mesh: (index % 2) as u32,
+        transform: Affine3A { matrix3: matrix(&mut random, index, 0.7), translation: (random.vector() * 3.0).into() },
+    };
+    let copies: Vec<Placed> = (0..30).map(copy).collect();
+    let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
+    let instances = Instances::build(trees, &copies, &settings, 1.0, &token).unwrap();
+    let (triangles, of) = flat(&meshes, &copies, &instances);
+    let (_, top) = over_own_boxes(&instances, &triangles, &of);
+    let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
+    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists };
+    let rays = rays(&triangles, 3000, &mut random);
+    for query in [RayQuery::ClosestHit(Traversal::Ordered), RayQuery::ClosestHit(Traversal::Paper), RayQuery::AnyHit] {
+        // Every fifth ray stands for none, others for one to four.
+        let weight = |index: usize| (index % 5) as u32;
+        let ray = |index: u32| (rays[index as usize], query, weight(index as usize));
+        let found = levels.costs(rays.len() as u32, ray, &token).unwrap();
+        let (mut expected, mut all) = (vec![CopyCost::default(); copies.len()], TestCounts::default());
+        let (mut ray_count, mut hits) = (0, 0);
+        for (index, ray) in rays.iter().enumerate() {
+            let (mut probe, weight) = (Carried::default(), u64::from(weight(index)));
+            let hit = match query {
+                RayQuery::ClosestHit(traversal) => levels.closest_hit(ray, traversal, &mut probe),
+                // Any hit ends in the copy that the ray was carried into last.
+                RayQuery::AnyHit => {
+                    let is_hit = levels.any_hit(ray, &mut probe);
+                    let hit = |instance: &u32| InstanceHit {
+                        t: 0.0,
+                        instance: *instance,
+                        primitive_index: 0,
+                        u: 0.0,
+                        v: 0.0,
+                    };
+                    probe.0.last().filter(|_| is_hit).map(hit)
+                }
+            };
+            (ray_count, hits) = (ray_count + weight, hits + weight * u64::from(hit.is_some()));
+            all.containers += weight * probe.1.containers;
+            all.primitives += weight * probe.1.primitives;
+            probe.0.iter().for_each(|copy| expected[*copy as usize].entered += weight);
+            hit.iter().for_each(|hit| expected[hit.instance as usize].hits += weight);
+        }
+        assert_eq!((found.rays, found.hits), (ray_count, hits), "{query:?}");
+        let counts = |costs: &[CopyCost]| costs.iter().map(|cost| (cost.entered, cost.hits)).collect::<Vec<_>>();
+        assert_eq!(counts(&found.copies), counts(&expected), "{query:?}");
+        let sum = |count: fn(&CopyCost) -> u64| found.copies.iter().map(count).sum::<u64>();
+        assert_eq!(found.containers_above + sum(|cost| cost.tests.containers), all.containers, "{query:?}");
+        assert_eq!(sum(|cost| cost.tests.primitives), all.primitives, "{query:?}");
+        assert!(found.copies.iter().all(|cost| cost.hits <= cost.entered), "{query:?}");
+        // A copy by itself has the same tests by the rays that are carried into nothing else.
+        let alone = |index: usize| {
+            let mut probe = Carried::default();
+            levels.closest_hit(&rays[index], Traversal::Paper, &mut probe);
+            probe.0.len() == 1
+        };
+        let index = (0..rays.len()).find(|&index| weight(index) == 1 && alone(index)).unwrap();
+        let of_one = levels.costs(1, |_| (rays[index], RayQuery::ClosestHit(Traversal::Paper), 3), &token).unwrap();
+        let mut probe = Carried::default();
+        levels.closest_hit(&rays[index], Traversal::Paper, &mut probe);
+        let cost = of_one.copies[probe.0[0] as usize];
+        assert_eq!((cost.entered, of_one.rays), (3, 3));
+        assert_eq!(cost.tests.primitives, 3 * probe.1.primitives);
+        assert_eq!(cost.tests.containers + of_one.containers_above, 3 * probe.1.containers);
+        assert!(of_one.containers_above >= 3 && cost.tests.containers > 0);
+    }
 }

@@ -24,6 +24,8 @@ const PLANE_ERROR: f32 = 4e-6;
 /// Rays from one point whose directions have the same signs.
 pub struct Beam {
     pub(crate) origin: [f32; 3],
+    /// The origin as the near planes of boxes are tested, and as the far ones are: apart where boxes count as larger than they are.
+    pub(crate) plane_origins: [[f32; 3]; 2],
     pub(crate) t_min: f32,
     /// For each axis 0 where the lower planes of a box are near, 1 where the upper ones are.
     pub(crate) near: [usize; 3],
@@ -109,9 +111,9 @@ impl BeamContainer for Aabb {
     #[inline(always)]
     fn intersect_beam<S: Simd>(simd: S, bounds: &BoxLanes, beam: &Beam, (): &(), t_max: f32) -> BeamHits<PlaneOffsets> {
         let planes = &bounds.0;
-        let origin = each!(axis => f32x8::splat(simd, beam.origin[axis]));
-        let near = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1]) - origin[axis]);
-        let far = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1 ^ 1]) - origin[axis]);
+        let from = |side: usize, axis: usize| f32x8::splat(simd, beam.plane_origins[side][axis]);
+        let near = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1]) - from(0, axis));
+        let far = each!(axis => f32x8::load_array_ref(simd, &planes[axis][beam.near[axis] & 1 ^ 1]) - from(1, axis));
         // Distances for the smallest and the largest inverse direction, in ascending order.
         let range = &beam.range;
         let near_t = each!(axis => {

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use fearless_simd::{Select, Simd, SimdBase, f32x4};
+use fearless_simd::{Simd, SimdBase, f32x4};
 
 use crate::geometry::{Aabb, CarriedRay, Placement, Ray, TriangleHit};
 use crate::kernel::each;
@@ -12,8 +12,7 @@ use crate::wide::box_bounds::BoxRay;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
 use crate::wide::child::Child;
 use crate::wide::fused_box::FusedBoxRay;
-use crate::wide::layout::{BLOCK, VALUES, WINDOW};
-use crate::wide::leaves::{are_needles, write_rows};
+use crate::wide::layout::{BLOCK, COORDINATES, WINDOW};
 use crate::wide::ray_lanes::{RayLanes, TriangleLanes};
 use crate::wide::trace::walk::{Walk, each_leaf};
 use crate::wide::tree::WideTree;
@@ -134,7 +133,7 @@ fn visit_leaf<S: Simd, P: Probe>(
     for block in copy.tree.leaves.blocks(leaf) {
         probe.primitive_test();
         let window = placed(simd, block, copy.place);
-        let block = TriangleBlock { window: &window, count: block.count };
+        let block = TriangleBlock::<BLOCK> { window: &window, count: block.count };
         let mut flow = ControlFlow::Continue(*t_max);
         block_ray.each_hit(simd, block, &world.ray, *t_max, |hit, index| {
             if let ControlFlow::Continue(end) = flow
@@ -151,23 +150,21 @@ fn visit_leaf<S: Simd, P: Probe>(
     ControlFlow::Continue(())
 }
 
-/// The values of a block whose triangles stand in the world: each corner as [`Placement::point`] has it.
+/// The values of a block whose triangles stand in the world, with [`BLOCK`] numbers in a row: each corner as [`Placement::point`] has it.
 #[inline(always)]
-fn placed<S: Simd>(simd: S, block: TriangleBlock<'_>, place: &Placement) -> [f32; WINDOW] {
+pub(super) fn placed<S: Simd>(simd: S, block: TriangleBlock<'_>, place: &Placement) -> [f32; WINDOW] {
     let [x, y, z] = each!(axis => block.corners(simd, 8 * axis as u32));
-    let placed = each!(axis => {
+    let mut window = [0.0; WINDOW];
+    let (rows, _) = window.as_chunks_mut::<BLOCK>();
+    for axis in 0..3 {
         let row = &place.rows[axis];
         let [mx, my, mz] = each!(column => f32x4::splat(simd, row[column]));
         let translation = f32x4::splat(simd, row[3]);
-        each!(corner => x[corner] * mx + y[corner] * my + z[corner] * mz + translation)
-    });
-    let [[ax, bx, cx], [ay, by, cy], [az, bz, cz]] = placed;
-    // The sign is the mark of needles, which the mesh may have elsewhere.
-    let marked = block.marks(simd).abs();
-    let marked = are_needles(simd, [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]).select(-marked, marked);
-    let mut window = [0.0; WINDOW];
-    if let Some(values) = window.first_chunk_mut::<{ BLOCK * VALUES }>() {
-        write_rows(&[ax, bx, cx, ay, by, cy, az, bz, cz, marked], block.count(), values);
+        for corner in 0..3 {
+            let placed = x[corner] * mx + y[corner] * my + z[corner] * mz + translation;
+            rows[3 * axis + corner] = placed.to_array();
+        }
     }
+    rows[COORDINATES] = block.marks(simd).to_array();
     window
 }

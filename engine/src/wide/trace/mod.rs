@@ -8,6 +8,7 @@ pub(crate) mod closest_point;
 pub(crate) mod copies;
 pub(crate) mod items;
 pub mod packet;
+pub(crate) mod packet_copies;
 mod packet_tree;
 pub(crate) mod single;
 pub(crate) mod stack;

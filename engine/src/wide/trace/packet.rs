@@ -9,7 +9,9 @@
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x16, mask32x16, u32x16};
 use glam::Vec3;
 
-use crate::geometry::{EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, Hit, PreparedRay, Ray, Shear, Triangle};
+use crate::geometry::{
+    Aabb, EDGE_MAX, EDGE_MIN, ExactPlane, FAR_SLACK, Hit, PreparedRay, Ray, Shear, Triangle, TriangleHit,
+};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::kernel::simd::dispatch;
@@ -39,7 +41,7 @@ struct Waiting {
     groups: u32,
 }
 
-/// No triangle; loses every tie.
+/// No triangle and no copy; loses every tie.
 const NONE: u32 = u32::MAX;
 
 /// The closest hits of `rays`, the same as for single rays, written to the first elements of `hits`. `packets` is `tree` as packets go
@@ -92,17 +94,21 @@ fn closest_hits_of_packet<'a, C: BeamContainer>(
 }
 
 /// Closest hits so far, by group.
-struct PacketHits {
-    t: [[f32; GROUP]; GROUPS],
+pub(super) struct PacketHits {
+    pub(super) t: [[f32; GROUP]; GROUPS],
     u: [[f32; GROUP]; GROUPS],
     v: [[f32; GROUP]; GROUPS],
     primitive: [[u32; GROUP]; GROUPS],
+    /// The copies that were hit.
+    copies: [[u32; GROUP]; GROUPS],
     /// The largest `t` of each group.
     group_t_max: [f32; GROUPS],
+    /// The copy whose triangles are being tested; 0 where there are none.
+    pub(super) copy: u32,
 }
 
 impl PacketHits {
-    fn hit(&self, index: usize) -> Option<Hit> {
+    pub(super) fn hit(&self, index: usize) -> Option<Hit> {
         let (group, lane) = (index / GROUP, index % GROUP);
         let primitive_index = self.primitive[group][lane];
         (primitive_index != NONE).then(|| Hit {
@@ -112,29 +118,54 @@ impl PacketHits {
             v: self.v[group][lane],
         })
     }
+
+    /// The copy that a ray has hit.
+    pub(super) fn hit_copy(&self, index: usize) -> u32 {
+        self.copies[index / GROUP][index % GROUP]
+    }
+
+    /// Takes the hit of one ray with a triangle if it comes first.
+    pub(super) fn offer(&mut self, group: usize, lane: usize, TriangleHit { t, u, v }: TriangleHit, primitive: u32) {
+        let best = self.t[group][lane];
+        let last = (self.copies[group][lane], self.primitive[group][lane]);
+        if t < best || t == best && (self.copy, primitive) < last {
+            (self.t[group][lane], self.u[group][lane], self.v[group][lane]) = (t, u, v);
+            (self.copies[group][lane], self.primitive[group][lane]) = (self.copy, primitive);
+        }
+    }
+
+    /// After hits of single rays of a group.
+    pub(super) fn update_group(&mut self, group: usize) {
+        self.group_t_max[group] = self.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
+    }
 }
 
 /// Rays from one point whose directions have the same signs and the same longest axis.
-struct Packet<C: BeamContainer> {
-    beam: Beam,
+pub(super) struct Packet<C: BeamContainer> {
     /// Ray data for the tests against containers.
-    frustum: C::Frustum,
+    pub(super) frustum: C::Frustum,
+    /// One bit for each group that has rays.
+    pub(super) all_groups: u32,
+    pub(super) rays: PacketRays,
+    pub(super) hits: PacketHits,
+}
+
+/// The rays of a packet, prepared for the tests of triangles.
+pub(super) struct PacketRays {
+    pub(super) beam: Beam,
     /// Axes of the shear; the longest comes last.
     axes: [usize; 3],
-    /// One bit for each group that has rays.
-    all_groups: u32,
     /// Factors of the rows of [`Shear`].
     factors: [[[f32; GROUP]; 3]; GROUPS],
-    /// Directions, for needles.
-    directions: [[[f32; GROUP]; 3]; GROUPS],
-    hits: PacketHits,
+    /// Directions, for needles and for copies.
+    pub(super) directions: [[[f32; GROUP]; 3]; GROUPS],
 }
 
 impl<C: BeamContainer> Packet<C> {
     /// Prepares rays; `None` if they are not coherent enough.
     #[inline(always)]
     #[expect(clippy::too_many_lines, reason = "sets each lane of a packet up once")]
-    fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
+    pub(super) fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
         let first = rays.first()?;
         let near = each!(axis => usize::from(first.direction[axis] < 0.0));
         let axes = permuted_axes(first.direction);
@@ -144,24 +175,29 @@ impl<C: BeamContainer> Packet<C> {
         }
         let groups = rays.len().div_ceil(GROUP);
         let mut packet = Self {
-            beam: Beam {
-                origin: first.origin.to_array(),
-                t_min,
-                near,
-                range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
-                inverse: [[[0.0; GROUP]; 3]; GROUPS],
-            },
             frustum: C::EMPTY_FRUSTUM,
-            axes,
             all_groups: u32::MAX >> (GROUPS - groups),
-            factors: [[[0.0; GROUP]; 3]; GROUPS],
-            directions: [[[0.0; GROUP]; 3]; GROUPS],
+            rays: PacketRays {
+                beam: Beam {
+                    origin: first.origin.to_array(),
+                    plane_origins: [first.origin.to_array(); 2],
+                    t_min,
+                    near,
+                    range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
+                    inverse: [[[0.0; GROUP]; 3]; GROUPS],
+                },
+                axes,
+                factors: [[[0.0; GROUP]; 3]; GROUPS],
+                directions: [[[0.0; GROUP]; 3]; GROUPS],
+            },
             hits: PacketHits {
                 t: [[0.0; GROUP]; GROUPS],
                 u: [[0.0; GROUP]; GROUPS],
                 v: [[0.0; GROUP]; GROUPS],
                 primitive: [[NONE; GROUP]; GROUPS],
+                copies: [[NONE; GROUP]; GROUPS],
                 group_t_max: [0.0; GROUPS],
+                copy: 0,
             },
         };
         let zero = f32x16::splat(simd, 0.0);
@@ -206,32 +242,69 @@ impl<C: BeamContainer> Packet<C> {
                 same_octant = same_octant & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
-                packet.beam.inverse[group][axis] = inverse[axis].to_array();
+                packet.rays.beam.inverse[group][axis] = inverse[axis].to_array();
             }
             if !(same_origin & same_octant).all_true() {
                 return None;
             }
             C::add_group(simd, &mut packet.frustum, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
-            packet.factors[group] = each!(index => factors[index].to_array());
-            packet.directions[group] = each!(axis => d[axis].to_array());
+            packet.rays.factors[group] = each!(index => factors[index].to_array());
+            packet.rays.directions[group] = each!(axis => d[axis].to_array());
             let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
             packet.hits.t[group] = t_max.to_array();
             packet.hits.group_t_max[group] = t_max.reduce_max();
         }
-        C::finish(&mut packet.frustum, &packet.beam, axes);
-        packet.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
+        C::finish(&mut packet.frustum, &packet.rays.beam, axes);
+        packet.rays.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
         Some(packet)
     }
 
     #[inline(always)]
     fn trace<'a, S: Simd>(&mut self, simd: S, tree: impl PacketTree<'a, C>, rays: &[Ray]) {
         let Some(root) = tree.root() else { return };
+        let Self { frustum, all_groups, rays: prepared, hits } = self;
+        let walk = Walk { start: root, groups: *all_groups, beam: &prepared.beam, frustum };
+        walk.each_leaf(
+            simd,
+            tree,
+            hits,
+            #[inline(always)]
+            |hits, leaf, active| {
+                for block in tree.leaves().blocks(leaf) {
+                    prepared.test_block(simd, block, active, rays, hits);
+                }
+            },
+        );
+    }
+}
+
+/// A walk of a packet through a tree.
+pub(super) struct Walk<'a, C: BeamContainer> {
+    /// Where it begins.
+    pub(super) start: Child,
+    /// The groups that take part.
+    pub(super) groups: u32,
+    /// Their rays, in the coordinates of the tree.
+    pub(super) beam: &'a Beam,
+    pub(super) frustum: &'a C::Frustum,
+}
+
+impl<C: BeamContainer> Walk<'_, C> {
+    /// Calls `visit` with each leaf that rays enter before their hits, and their groups.
+    #[inline(always)]
+    pub(super) fn each_leaf<'a, S: Simd>(
+        &self,
+        simd: S,
+        tree: impl PacketTree<'a, C>,
+        hits: &mut PacketHits,
+        mut visit: impl FnMut(&mut PacketHits, Child, u32),
+    ) {
         let mut stack = Stack::new();
-        stack.push(Waiting { entry: self.beam.t_min, child: root, groups: self.all_groups });
+        stack.push(Waiting { entry: self.beam.t_min, child: self.start, groups: self.groups });
         while let Some(Waiting { entry, child, groups }) = stack.pop() {
             // Skip groups in which every ray has a closer hit.
-            let group_t_max = f32x16::load_array_ref(simd, &self.hits.group_t_max);
+            let group_t_max = f32x16::load_array_ref(simd, &hits.group_t_max);
             let open =
                 group_t_max.simd_ge(f32x16::splat(simd, entry)) & mask32x16::from_bitmask(simd, u64::from(groups));
             let active = open.to_bitmask() as u32;
@@ -240,21 +313,20 @@ impl<C: BeamContainer> Packet<C> {
             }
             let t_max = open.select(group_t_max, f32x16::splat(simd, f32::NEG_INFINITY)).reduce_max();
             if child.is_leaf() {
-                for block in tree.leaves().blocks(child) {
-                    self.test_block(simd, block, active, rays);
-                }
+                visit(hits, child, active);
                 continue;
             }
             let mut space = None;
             let (bounds, children) = tree.unpack(simd, child, &mut space);
-            let beam_hits = C::intersect_beam(simd, bounds, &self.beam, &self.frustum, t_max);
+            let beam_hits = C::intersect_beam(simd, bounds, self.beam, self.frustum, t_max);
             let mark = stack.reserve();
             for lane in bits(u64::from(beam_hits.some)) {
                 let lane = lane % WIDTH;
                 let groups = if beam_hits.all >> lane & 1 != 0 {
                     active
                 } else {
-                    self.entering_groups(simd, &beam_hits.offsets, lane, active)
+                    let child = C::splat_offset(simd, &beam_hits.offsets, lane);
+                    self.entering_groups(simd, &child, active, hits)
                 };
                 if groups != 0 {
                     tree.prefetch(children[lane]);
@@ -265,22 +337,36 @@ impl<C: BeamContainer> Packet<C> {
         }
     }
 
-    /// The groups out of `active` in which any ray enters the child in a lane.
+    /// The groups out of `active` in which any ray enters a container.
     #[inline(always)]
-    fn entering_groups<S: Simd>(&self, simd: S, offsets: &C::Offsets, lane: usize, active: u32) -> u32 {
-        let child = C::splat_offset(simd, offsets, lane);
+    pub(super) fn entering_groups<S: Simd>(
+        &self,
+        simd: S,
+        container: &C::Offset<S>,
+        active: u32,
+        hits: &PacketHits,
+    ) -> u32 {
         let mut entering = 0;
         for group in bits(u64::from(active)) {
-            let t = f32x16::load_array_ref(simd, &self.hits.t[group % GROUPS]);
-            let enters = C::intersect_group(simd, &child, &self.beam, &self.frustum, group % GROUPS, t);
+            let t = f32x16::load_array_ref(simd, &hits.t[group % GROUPS]);
+            let enters = C::intersect_group(simd, container, self.beam, self.frustum, group % GROUPS, t);
             entering |= u32::from(enters.any_true()) << group;
         }
         entering
     }
+}
 
+impl PacketRays {
     /// Tests the triangles of a block against the `active` groups.
     #[inline(always)]
-    fn test_block<S: Simd>(&mut self, simd: S, block: TriangleBlock<'_>, active: u32, rays: &[Ray]) {
+    pub(super) fn test_block<S: Simd, const STRIDE: usize>(
+        &self,
+        simd: S,
+        block: TriangleBlock<'_, STRIDE>,
+        active: u32,
+        rays: &[Ray],
+        hits: &mut PacketHits,
+    ) {
         for lane in 0..block.count() {
             let [corner_x, corner_y, corner_z] = each!(index => each!(corner => {
                 let axis = self.axes[index];
@@ -299,25 +385,50 @@ impl<C: BeamContainer> Packet<C> {
                     !(min_edge.simd_lt(f32x16::splat(simd, 0.0)) & max_edge.simd_gt(f32x16::splat(simd, 0.0)));
                 if candidates.any_true() {
                     let depth = each!(corner => corner_z[corner] * factors[2]);
-                    self.accept_hits(simd, block, lane, group, edges, depth, candidates.to_bitmask() as u32, rays);
+                    self.accept_hits(
+                        simd,
+                        block,
+                        lane,
+                        group,
+                        edges,
+                        depth,
+                        candidates.to_bitmask() as u32,
+                        rays,
+                        hits,
+                    );
                 }
             }
         }
     }
 
+    /// Where the rays of a group enter and leave a box, with `t_min` and [`FAR_SLACK`].
+    #[inline(always)]
+    fn bounds_distances<S: Simd>(&self, simd: S, bounds: &Aabb, group: usize) -> (f32x16<S>, f32x16<S>) {
+        let Beam { origin, t_min, near, inverse, .. } = &self.beam;
+        let planes = [bounds.min, bounds.max];
+        let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[group % GROUPS][axis]));
+        let distance =
+            |axis: usize, side: usize| f32x16::splat(simd, planes[side & 1][axis] - origin[axis]) * inverse[axis];
+        let near_t = each!(axis => distance(axis, near[axis]));
+        let far_t = each!(axis => distance(axis, near[axis] ^ 1));
+        let entry = near_t[0].max(near_t[1]).max(near_t[2].max(f32x16::splat(simd, *t_min)));
+        (entry, far_t[0].min(far_t[1]).min(far_t[2]) * FAR_SLACK)
+    }
+
     /// Accepts the hits of a triangle with the rays of a group that passed the sign test, `candidates`.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "the second half of `test_block`, cut where it gets rare")]
-    fn accept_hits<S: Simd>(
-        &mut self,
+    fn accept_hits<S: Simd, const STRIDE: usize>(
+        &self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         lane: usize,
         group: usize,
         edges: [f32x16<S>; 3],
         depth: [f32x16<S>; 3],
         candidates: u32,
         rays: &[Ray],
+        hits: &mut PacketHits,
     ) {
         let size = each!(corner => edges[corner].abs());
         let exact = size[0].min(size[1]).min(size[2]).simd_gt(f32x16::splat(simd, EDGE_MIN))
@@ -325,7 +436,7 @@ impl<C: BeamContainer> Packet<C> {
         let scale = f32x16::splat(simd, 1.0) / (edges[0] + edges[1] + edges[2]);
         let barycentrics = each!(corner => edges[corner] * scale);
         let t = barycentrics[0] * depth[0] + barycentrics[1] * depth[1] + barycentrics[2] * depth[2];
-        let best = f32x16::load_array_ref(simd, &self.hits.t[group]);
+        let best = f32x16::load_array_ref(simd, &hits.t[group]);
         let t_min = f32x16::splat(simd, self.beam.t_min);
         let t = if block.is_needle(lane) {
             let low = depth[0].min(depth[1]).min(depth[2]);
@@ -345,64 +456,56 @@ impl<C: BeamContainer> Packet<C> {
         let within = exact & t.simd_ge(t_min) & t.simd_le(best);
         let uncertain = candidates & !(exact.to_bitmask() as u32);
         if candidates & within.to_bitmask() as u32 != 0 {
-            let triangle = block.triangle(lane);
-            let bounds = triangle.bounds();
-            let planes = [bounds.min, bounds.max];
-            let origin = Vec3::from_array(self.beam.origin);
-            let inverse = &self.beam.inverse[group];
-            let inverse = each!(axis => f32x16::load_array_ref(simd, &inverse[axis]));
-            let near = each!(axis => {
-                f32x16::splat(simd, planes[self.beam.near[axis] & 1][axis] - origin[axis]) * inverse[axis]
-            });
-            let far = each!(axis => {
-                f32x16::splat(simd, planes[self.beam.near[axis] & 1 ^ 1][axis] - origin[axis]) * inverse[axis]
-            });
-            let entry = near[0].max(near[1]).max(near[2].max(t_min));
-            let exit = far[0].min(far[1]).min(far[2]) * FAR_SLACK;
+            let (entry, exit) = self.bounds_distances(simd, &block.triangle(lane).bounds(), group);
             let t = t.max(entry);
             let primitive = u32x16::splat(simd, block.primitive_index(lane));
-            let best_primitive = u32x16::load_array_ref(simd, &self.hits.primitive[group]);
-            let nearer = t.simd_lt(best) | (t.simd_eq(best) & primitive.simd_lt(best_primitive));
+            let best_primitive = u32x16::load_array_ref(simd, &hits.primitive[group]);
+            let copy = u32x16::splat(simd, hits.copy);
+            let best_copy = u32x16::load_array_ref(simd, &hits.copies[group]);
+            let lower = copy.simd_lt(best_copy) | (copy.simd_eq(best_copy) & primitive.simd_lt(best_primitive));
+            let nearer = t.simd_lt(best) | (t.simd_eq(best) & lower);
             // Rays that passed the sign test.
             let allowed = mask32x16::from_bitmask(simd, u64::from(candidates));
             let hit = allowed & within & entry.simd_le(exit) & entry.simd_le(best) & nearer;
             if hit.any_true() {
                 let new_t = hit.select(t, best);
-                let best_u = f32x16::load_array_ref(simd, &self.hits.u[group]);
-                let best_v = f32x16::load_array_ref(simd, &self.hits.v[group]);
-                self.hits.primitive[group] = hit.select(primitive, best_primitive).to_array();
-                self.hits.t[group] = new_t.to_array();
+                let best_u = f32x16::load_array_ref(simd, &hits.u[group]);
+                let best_v = f32x16::load_array_ref(simd, &hits.v[group]);
+                hits.primitive[group] = hit.select(primitive, best_primitive).to_array();
+                hits.copies[group] = hit.select(copy, best_copy).to_array();
+                hits.t[group] = new_t.to_array();
                 // After other stores: next to their loads, compilers would make these masked stores, which are slow on
                 // AMD with AVX2.
-                self.hits.u[group] = hit.select(barycentrics[1], best_u).to_array();
-                self.hits.v[group] = hit.select(barycentrics[2], best_v).to_array();
-                self.hits.group_t_max[group] = new_t.reduce_max();
+                hits.u[group] = hit.select(barycentrics[1], best_u).to_array();
+                hits.v[group] = hit.select(barycentrics[2], best_v).to_array();
+                hits.group_t_max[group] = new_t.reduce_max();
             }
         }
         if uncertain != 0 {
-            self.accept_uncertain(block, lane, group, uncertain, rays);
+            accept_uncertain(block, lane, group, uncertain, rays, hits);
         }
     }
+}
 
-    /// Tests in double precision the rays that pass too close to an edge for single precision.
-    #[cold]
-    fn accept_uncertain(&mut self, block: TriangleBlock<'_>, lane: usize, group: usize, uncertain: u32, rays: &[Ray]) {
-        let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
-        for ray_lane in bits(u64::from(uncertain)) {
-            let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];
-            let best = self.hits.t[group][ray_lane];
-            let hit = triangle.intersect(&PreparedRay::new(ray), &Shear::new(ray.direction), best);
-            if let Some(hit) = hit
-                && (hit.t < best || hit.t == best && primitive < self.hits.primitive[group][ray_lane])
-            {
-                self.hits.t[group][ray_lane] = hit.t;
-                self.hits.u[group][ray_lane] = hit.u;
-                self.hits.v[group][ray_lane] = hit.v;
-                self.hits.primitive[group][ray_lane] = primitive;
-            }
+/// Tests in double precision the rays that pass too close to an edge for single precision.
+#[cold]
+fn accept_uncertain<const STRIDE: usize>(
+    block: TriangleBlock<'_, STRIDE>,
+    lane: usize,
+    group: usize,
+    uncertain: u32,
+    rays: &[Ray],
+    hits: &mut PacketHits,
+) {
+    let (triangle, primitive) = (block.triangle(lane), block.primitive_index(lane));
+    for ray_lane in bits(u64::from(uncertain)) {
+        let ray = rays[(group * GROUP + ray_lane).min(rays.len() - 1)];
+        let best = hits.t[group][ray_lane];
+        if let Some(hit) = triangle.intersect(&PreparedRay::new(ray), &Shear::new(ray.direction), best) {
+            hits.offer(group, ray_lane, hit, primitive);
         }
-        self.hits.group_t_max[group] = self.hits.t[group].into_iter().fold(f32::NEG_INFINITY, f32::max);
     }
+    hits.update_group(group);
 }
 
 /// Distances `t` of a needle along sixteen rays, taken from its plane. Apart, because few triangles are needles.
