@@ -92,8 +92,10 @@ impl<'a> CopyTracer<'a> {
 
 impl Tracer for CopyTracer<'_> {
     fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        for (hit, ray) in hits.iter_mut().zip(rays) {
-            *hit = self.nearest_of(ray);
+        let mut found = vec![None; rays.len()];
+        self.levels.wide.closest_hits(rays, &mut found);
+        for (hit, found) in hits.iter_mut().zip(found) {
+            *hit = found.map(|hit| self.numbered(hit));
         }
     }
 

@@ -3,7 +3,7 @@
 use bvhscope_engine::tree::traverse::{Probe, Traversal};
 use bvhscope_engine::tree::visits::{Visits, measure_weighted_visits};
 use bvhscope_engine::with_tree;
-use bvhscope_engine::{CancelToken, Cancelled, Hit, Ray, SimdLevel};
+use bvhscope_engine::{CancelToken, Cancelled, CopyCosts, Hit, Ray, SimdLevel};
 
 use super::copy_tracer::CopyTracer;
 use super::tracer::{Tracer, TreeTracer};
@@ -80,6 +80,16 @@ impl Accel {
         }
         let triangles = self.compute_leaf_triangles(token)?;
         with_tree!(&self.tree, tree => measure_weighted_visits(tree, triangles, count, ray, token))
+    }
+
+    /// What a number of rays cost in each copy of a scene of two levels, see [`BinaryLevels::costs`](bvhscope_engine::BinaryLevels::costs); `None` of a flat scene.
+    pub fn copy_costs(
+        &self,
+        count: u32,
+        ray: WeightedRay<'_>,
+        token: &CancelToken,
+    ) -> Result<Option<CopyCosts>, Cancelled> {
+        self.copy_tracer().map(|tracer| tracer.binary().costs(count, ray, token)).transpose()
     }
 
     fn copy_tracer(&self) -> Option<CopyTracer<'_>> {

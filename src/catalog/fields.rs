@@ -132,8 +132,29 @@ const LAYOUTS: [Field; 28] = [
     ("height_px", "Height of the view in pixels"),
 ];
 
+/// Of `copies`, behind the threads.
+const COPIES: [Field; 17] = [
+    ("population", "The rays"),
+    ("rays", "Number of rays"),
+    ("part", "Of the scene: all, above (the tree over the copies), mesh (all copies of it) or copy"),
+    ("mesh", "Index of the mesh, from 0; absent where the part is not of one mesh"),
+    ("copy", "Index of the copy, from 0; absent where the part is not one"),
+    ("copies", "Number of copies in it"),
+    ("mesh_triangles", "Triangles of one copy; absent where the part is not of one mesh"),
+    ("center", "Middle of the box of the copy, as containers have it; absent where the part is not one"),
+    ("entered_per_ray", "Copies of it that a ray is carried into, whose trees it is tested with, on average"),
+    ("hits_per_ray", "Part of the rays that end on it"),
+    ("in_vain", "Part of the entries after which the ray ends elsewhere or nowhere; null where there are none"),
+    ("container_tests_per_ray", "Boxes that a ray is tested against in it, on average"),
+    ("primitive_tests_per_ray", "Triangles that it is tested against in it"),
+    ("tests_per_ray", "Both"),
+    ("share_of_tests", "Part of the tests of the whole scene; null where there are none"),
+    ("width_px", "Width of the view in pixels"),
+    ("height_px", "Height of the view in pixels"),
+];
+
 /// Fields that single commands add in JSON.
-const OWN: [(&str, &[Field]); 7] = [
+const OWN: [(&str, &[Field]); 8] = [
     (
         "Of `--rays`, in lines of JSON below the rows",
         &[
@@ -202,6 +223,7 @@ const OWN: [(&str, &[Field]); 7] = [
         ],
     ),
     ("Of `layouts`", &LAYOUTS),
+    ("Of `copies`", &COPIES),
     (
         "Of a tree from a file",
         &[
@@ -282,16 +304,25 @@ pub fn columns() -> Vec<&'static str> {
 
 /// All columns of the CSV of `layouts`, in order.
 pub fn layout_columns() -> Vec<&'static str> {
+    columns_with(&LAYOUTS)
+}
+
+/// All columns of the CSV of `copies`, in order.
+pub fn copy_columns() -> Vec<&'static str> {
+    columns_with(&COPIES)
+}
+
+/// Those of a command with fields of its `own` between tree and conditions.
+fn columns_with(own: &[Field]) -> Vec<&'static str> {
     let key = |(key, _): &Field| *key;
     let tree = TREE.iter().map(key).chain(parameters().map(|row| row.key)).chain([key(&THREADS)]);
-    let is_own = |name: &&str| LAYOUTS.iter().any(|(key, _)| key == name);
-    let layout = LAYOUTS.iter().map(key);
-    tree.chain(layout).chain(CONDITIONS.iter().map(key).filter(|name| !is_own(name))).collect()
+    let is_own = |name: &&str| own.iter().any(|(key, _)| key == name);
+    tree.chain(own.iter().map(key)).chain(CONDITIONS.iter().map(key).filter(|name| !is_own(name))).collect()
 }
 
 /// The page `docs/fields.md`.
 pub fn page() -> String {
-    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `animate`, `layouts`, `info`, `render`, `ray`, and `a` and \
+    let mut text = "# Fields of JSON and CSV\n\nThe rows of `bench`, `sweep`, `scaling`, `compare`, `animate`, `layouts`, `copies`, `info`, `render`, `ray`, and `a` and \
                     `b` of `diff`. Where a field does not apply it is absent; where it is not known it is null, in CSV empty. \
                     Written from the program's own table; a test compares both.\n"
         .to_owned();

@@ -54,6 +54,9 @@ impl<'a> Common<'a> {
             Some(CommandArgs::Layouts(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }
+            Some(CommandArgs::Copies(args)) => {
+                Self { simd: args.simd, ..Self::of_tree(&args.build, None) }.loading(&args.load)
+            }
             Some(CommandArgs::Tree(args)) => {
                 Self { simd: args.simd, ..Self::of_tree(&args.build, Some(&args.tree)) }.loading(&args.load)
             }

@@ -144,6 +144,7 @@ fn run_command(
             resolve::ray(args).and_then(|command| crate::headless::ray::run(&command, &mut context))
         }
         CommandArgs::Layouts(args) => crate::headless::layouts::run(&resolve::layouts(args), &mut context),
+        CommandArgs::Copies(args) => crate::headless::copies::run(&resolve::copies(args), &mut context),
         CommandArgs::Rays(args) => crate::headless::rays::run(&resolve::rays(args)?, &mut context),
         CommandArgs::Plot(args) => {
             let command = PlotCommand { files: args.files, output: args.output };

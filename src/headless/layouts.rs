@@ -15,9 +15,9 @@ use crate::camera::Camera;
 use crate::catalog::settings::Stated;
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, write_bytes, write_file};
-use crate::lab::layouts::{LayoutPlan, LayoutRays, LayoutRow, layouts, mark_front};
+use crate::lab::layouts::{LayoutPlan, LayoutRow, layouts, mark_front};
 use crate::lab::plot::{PlotFormat, draw, layout_figure};
-use crate::lab::population::Population;
+use crate::lab::population::{Population, RayPlan};
 use crate::lab::report_table::layout_tables;
 use crate::lab::rows::write_layouts_csv;
 use crate::lab::{Conditions, LabError, ViewConditions};
@@ -77,13 +77,8 @@ pub fn run(command: &LayoutsCommand, context: &mut Context<'_>) -> Result<Finish
     let accel = in_pool(|| command.tree.accel(&scene, &command.source, &command.build, unmoved, &token))?;
     let accel = Arc::new(accel);
     progress.set_label("Laying out");
-    let rays = LayoutRays {
-        populations: command.rays.populations,
-        camera,
-        size: command.size,
-        settings: command.settings,
-        file,
-    };
+    let rays =
+        RayPlan { populations: command.rays.populations, camera, size: command.size, settings: command.settings, file };
     let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
     drop(progress);
     let has_faults = note_faults(&accel);
@@ -99,7 +94,7 @@ pub fn run(command: &LayoutsCommand, context: &mut Context<'_>) -> Result<Finish
 fn measured(
     command: &LayoutsCommand,
     accel: &Arc<Accel>,
-    rays: &LayoutRays,
+    rays: &RayPlan,
     token: &CancelToken,
 ) -> (Vec<LayoutRow>, Result<(), LabError>) {
     let scene = &accel.scene;

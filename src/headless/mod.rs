@@ -18,6 +18,7 @@ pub mod diff;
 pub mod exr;
 pub mod merges;
 
+pub mod copies;
 pub mod layouts;
 pub mod measure;
 pub mod plot;

@@ -86,7 +86,7 @@ fn row(line: &str) -> Result<Option<Measurement>, String> {
     let not_a_row = |error| format!("not a row of {PLOTTED}: {error}");
     let fields: Value = serde_json::from_str(line).map_err(not_a_row)?;
     let command = fields.get("command").and_then(Value::as_str);
-    if let Some(command) = command.filter(|command| ["diff", "info", "layouts", "render"].contains(command)) {
+    if let Some(command) = command.filter(|command| ["copies", "diff", "info", "layouts", "render"].contains(command)) {
         return Err(format!("a row of {command}, of which there is no plot: plots show {PLOTTED}"));
     }
     if fields.get("alpha_r").is_some() {

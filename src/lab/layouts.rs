@@ -6,14 +6,12 @@ use serde::Serialize;
 
 use super::conditions::Conditions;
 use super::measure::LabError;
-use super::population::{Population, Populations, ViewRays};
+use super::population::{ListedRays, Population, RayPlan};
 use crate::accel::Accel;
-use crate::camera::Camera;
+use crate::budget::Budget;
 use crate::catalog::settings::Stated;
-use crate::ray_file::RaySet;
-use crate::render::RenderSettings;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::layouts::{Collapse, LaidNumbers, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes};
 use bvhscope_engine::tree::binarize::binarize;
 use bvhscope_engine::tree::traverse::Traversal;
@@ -54,21 +52,6 @@ impl LayoutPlan {
         }
         all
     }
-}
-
-/// The rays of `layouts`.
-#[derive(Debug, Clone)]
-pub struct LayoutRays {
-    /// Their populations.
-    pub populations: Populations,
-    /// The camera of those of a view.
-    pub camera: Camera,
-    /// Width and height of the view in pixels.
-    pub size: [u32; 2],
-    /// Light and SIMD level.
-    pub settings: RenderSettings,
-    /// Those of a file.
-    pub file: Option<Arc<RaySet>>,
 }
 
 /// One layout and the rays of one population. Field names are the JSON names.
@@ -229,26 +212,12 @@ impl From<MeasuredLayout> for RayNumbers {
     }
 }
 
-/// The rays of one population through the binary tree.
-struct Rays {
-    population: Population,
-    view: ViewRays,
-    list: Vec<Ray>,
-}
-
-impl Rays {
-    /// Each ray with what is asked of it and the number of rays that it stands for.
-    fn ray(&self) -> impl Fn(u32) -> (Ray, RayQuery, u32) + Sync + '_ {
-        self.view.weighted(&self.list)
-    }
-}
-
 /// Trees and rays that the layouts are made from and measured by.
 struct Subject<'a> {
     binary: &'a Tree<Aabb>,
     leaf_triangles: Vec<Triangle>,
     wide: &'a AnyWideTree,
-    rays: Vec<Rays>,
+    rays: Vec<ListedRays>,
     /// Visits of the nodes of the binary tree by all rays, where a layout is chosen by them.
     visits: Option<Vec<u32>>,
 }
@@ -259,7 +228,7 @@ struct Subject<'a> {
 pub fn layouts(
     accel: &Arc<Accel>,
     plan: &LayoutPlan,
-    rays: &LayoutRays,
+    rays: &RayPlan,
     token: &CancelToken,
     row: &mut dyn FnMut(NamedLayout, LayoutNumbers, Population, RayNumbers),
 ) -> Result<(), LabError> {
@@ -274,6 +243,10 @@ pub fn layouts(
     let layouts = plan.layouts();
     let [of_setup, of_layouts] = [token.part(0, 2), token.part(1, 2)];
     let binary = binarize(tree, &of_setup)?;
+    let most_children = plan.children.iter().copied().max().unwrap_or_default();
+    Budget::of_process()
+        .check("the layouts", LaidTree::peak_bytes(binary.nodes.len(), most_children))
+        .map_err(|error| LabError::Refused(error.to_string()))?;
     let wide = accel.widen(&of_setup)?;
     let by_visits = plan.collapses.contains(&Collapse::Visits);
     let subject = Subject::new(accel, &binary, &wide.tree, (rays, by_visits), &of_setup)?;
@@ -297,16 +270,11 @@ impl<'a> Subject<'a> {
         accel: &Arc<Accel>,
         binary: &'a Tree<Aabb>,
         wide: &'a AnyWideTree,
-        (rays, by_visits): (&LayoutRays, bool),
+        (rays, by_visits): (&RayPlan, bool),
         token: &CancelToken,
     ) -> Result<Self, LabError> {
         let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
-        let settings = RenderSettings { traversal: Traversal::Ordered, ..rays.settings };
-        let of_population = |population| {
-            let view = ViewRays::new(population, rays.camera, rays.size, &settings).with_file(rays.file.clone());
-            Ok(Rays { population, list: view.list(accel, token)?, view })
-        };
-        let rays = rays.populations.iter().map(of_population).collect::<Result<Vec<_>, LabError>>()?;
+        let rays = rays.list(accel, token)?;
         let mut visits = by_visits.then(|| vec![0_u32; binary.nodes.len()]);
         if let Some(sums) = &mut visits {
             for rays in &rays {

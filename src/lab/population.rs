@@ -323,6 +323,50 @@ impl ViewRays {
     }
 }
 
+/// Which rays of a view, of a tree or of a file measure trees.
+#[derive(Debug, Clone)]
+pub struct RayPlan {
+    /// Their populations.
+    pub populations: Populations,
+    /// The camera of those of a view.
+    pub camera: Camera,
+    /// Width and height of the view in pixels.
+    pub size: [u32; 2],
+    /// Light and SIMD level.
+    pub settings: RenderSettings,
+    /// Those of a file.
+    pub file: Option<Arc<RaySet>>,
+}
+
+impl RayPlan {
+    /// The rays of each population.
+    pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<ListedRays>, Cancelled> {
+        let settings = RenderSettings { traversal: Traversal::Ordered, ..self.settings };
+        let of_population = |population| {
+            let view = ViewRays::new(population, self.camera, self.size, &settings).with_file(self.file.clone());
+            Ok(ListedRays { population, list: view.list(accel, token)?, view })
+        };
+        self.populations.iter().map(of_population).collect()
+    }
+}
+
+/// The rays of one population.
+#[derive(Debug)]
+pub struct ListedRays {
+    /// The population.
+    pub population: Population,
+    /// The rays.
+    pub list: Vec<Ray>,
+    view: ViewRays,
+}
+
+impl ListedRays {
+    /// Each ray with what is asked of it and the number of rays that it stands for.
+    pub fn ray(&self) -> impl Fn(u32) -> (Ray, RayQuery, u32) + Sync + '_ {
+        self.view.weighted(&self.list)
+    }
+}
+
 /// Sum that weights with fractions are scaled to, so that visits are whole numbers.
 const SCALED_SUM: f64 = (1_u32 << 30) as f64;
 

@@ -12,18 +12,21 @@ use bvhscope::export::Protected;
 use bvhscope::headless::exr::write_distances;
 use bvhscope::headless::picture::write_png;
 use bvhscope::lab::LabError;
+use bvhscope::lab::copy_costs::copy_costs;
 use bvhscope::lab::diagnose::diagnose_scene;
+use bvhscope::lab::layouts::{LayoutPlan, layouts};
 use bvhscope::lab::motion::{MotionPlan, MotionStudy};
-use bvhscope::lab::population::{Population, ViewRays};
+use bvhscope::lab::population::{Population, Populations, RayPlan, ViewRays};
 use bvhscope::lab::visit_scatter::VisitScatter;
 use bvhscope::overlay::NodeTable;
 use bvhscope::render::{RenderRequest, RenderSettings, Shading, render};
-use bvhscope::scene::{LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
+use bvhscope::scene::{Instancing, LoadError, LoadOptions, Scene, SceneSource, load, load_bytes};
 use bvhscope::view::Place;
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::kernel::SimdLevel;
+use bvhscope_engine::layouts::{Collapse, Planes};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::largest::largest_nodes;
@@ -380,6 +383,44 @@ fn measuring_stops_at_every_poll() {
         Err(LabError::Cancelled(_)) => true,
         Err(error) => panic!("{error}"),
     });
+}
+
+fn lab_is_cancelled(result: Result<(), LabError>) -> bool {
+    match result {
+        Ok(()) => false,
+        Err(LabError::Cancelled(_)) => true,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn layouts_and_costs_of_copies_stop_at_every_poll() {
+    let pool = one_thread();
+    let rays = |scene: &Scene| RayPlan {
+        populations: Populations::ALL,
+        camera: Camera::framing(&scene.bounds, scene.up),
+        size: [30, 20],
+        settings: RenderSettings::default(),
+        file: None,
+    };
+    let scene = terrain(3_000);
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    for collapse in Collapse::ALL {
+        let plan = LayoutPlan {
+            children: vec![2, 8],
+            collapses: vec![collapse],
+            planes: vec![Planes::Bits8],
+            leaf_sizes: vec![4],
+        };
+        let lay = |token: &CancelToken| layouts(&accel, &plan, &rays(&scene), token, &mut |_, _, _, _| ());
+        at_every_poll(collapse.name(), |token| lab_is_cancelled(pool.install(|| lay(token))));
+    }
+    let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
+    let village = SceneSource::parse("builtin:village:30".as_ref()).unwrap();
+    let scene = Arc::new(load(&village, &options, &CancelToken::new()).unwrap());
+    let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
+    let costs = |token: &CancelToken| copy_costs(&accel, &rays(&scene), 5, token, &mut |_, _, _, _| ());
+    at_every_poll("costs of copies", |token| lab_is_cancelled(pool.install(|| costs(token))));
 }
 
 #[test]

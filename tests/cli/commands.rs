@@ -24,7 +24,8 @@ const SMALL: [&str; 3] = ["builtin:teapot:2", "--size", "24x16"];
 #[test]
 fn every_command_has_help_with_examples_and_the_program_a_version() {
     for command in [
-        "render", "bench", "sweep", "scaling", "compare", "animate", "layouts", "diff", "plot", "merges", "info", "ray",
+        "render", "bench", "sweep", "scaling", "compare", "animate", "layouts", "copies", "diff", "plot", "merges",
+        "info", "ray",
     ] {
         let (code, out, _) = run(&[command, "--help"]);
         assert_eq!(code, 0, "{command}");

@@ -75,8 +75,8 @@ fn json_of(args: &[&str]) -> String {
 #[test]
 fn help_is_as_recorded() {
     let commands = [
-        "", "render", "bench", "sweep", "scaling", "compare", "animate", "layouts", "diff", "plot", "merges", "info",
-        "ray", "rays", "tree",
+        "", "render", "bench", "sweep", "scaling", "compare", "animate", "layouts", "copies", "diff", "plot", "merges",
+        "info", "ray", "rays", "tree",
     ];
     let mut text = String::new();
     for command in commands {

@@ -160,3 +160,30 @@ fn what_has_no_layouts_is_refused_by_name() {
     refused(&["builtin:teapot:2", "--json", "--csv", "-"], 2, "both write to standard output");
     refused(&["builtin:teapot:2", "--plot", "front.pdf"], 2, "must end in .png or .svg");
 }
+
+#[test]
+fn layouts_that_memory_does_not_suffice_for_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let errors: Vec<String> = (50..250)
+        .step_by(8)
+        .map(|megabytes| {
+            let limit = format!("{megabytes}MB");
+            let args = [
+                "builtin:terrain:100000",
+                "--children",
+                "16",
+                "--rays",
+                "random",
+                "--size",
+                "32x32",
+                "--memory-limit",
+                &limit,
+            ];
+            let (code, _, error) = layouts(folder.path(), &args);
+            assert!(code == 0 || code == 1 && error.contains("limit"), "{limit}: {code}, {error}");
+            error
+        })
+        .collect();
+    // First not even the model fits, at last all does.
+    assert!(errors.iter().any(|error| error.contains("the layouts")), "{errors:?}");
+}

@@ -12,6 +12,7 @@ mod bookmarks;
 mod cameras;
 mod commands;
 mod coordinates;
+mod copies_command;
 mod diff;
 mod documented_counts;
 mod golden;

@@ -1,5 +1,6 @@
 //! The flags as clap parses them. Only `cli` uses these types.
 
+mod copies;
 mod layouts;
 mod measure;
 mod picture;
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use copies::CopiesArgs;
 pub use layouts::LayoutsArgs;
 pub use measure::{
     AnimateArgs, BenchArgs, CompareArgs, DiffArgs, MeasureArgs, OneTreeArgs, PlotArgs, ScalingArgs, SweepArgs,
@@ -89,6 +91,8 @@ pub enum CommandArgs {
     Animate(AnimateArgs),
     /// Measure layouts of wide trees: what children, collapse, planes and leaves do to tests, lines and bytes of a ray
     Layouts(LayoutsArgs),
+    /// List what the copies of meshes cost rays in a scene of two levels: which meshes and which copies make them slow
+    Copies(CopiesArgs),
     /// Compare two trees of a model: numbers, common nodes, and tests in each pixel
     Diff(DiffArgs),
     /// Draw a plot from the JSON lines of bench, sweep, scaling, compare or animate

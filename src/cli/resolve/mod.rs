@@ -9,12 +9,13 @@ use parts::{follow, moment, overlay, picture};
 
 #[cfg(feature = "gui")]
 use super::args::ViewerArgs;
-use super::args::{BuildArgs, InfoArgs, LayoutsArgs, MergesArgs, RayArgs, RaysArgs, RenderArgs, TreeArgs};
+use super::args::{BuildArgs, CopiesArgs, InfoArgs, LayoutsArgs, MergesArgs, RayArgs, RaysArgs, RenderArgs, TreeArgs};
 #[cfg(feature = "gui")]
 use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
+use crate::headless::copies::CopiesCommand;
 use crate::headless::info::InfoCommand;
 use crate::headless::layouts::LayoutsCommand;
 use crate::headless::measure::Output;
@@ -165,6 +166,19 @@ pub fn layouts(args: LayoutsArgs) -> LayoutsCommand {
         settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
         rays: args.rays,
         output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
+    }
+}
+
+pub fn copies(args: CopiesArgs) -> CopiesCommand {
+    CopiesCommand {
+        source: args.model.unwrap_or_else(|| SceneSource::Builtin { name: "forest".to_owned(), size: None }),
+        most: args.most,
+        build: args.build.settings.0.settings(),
+        camera: camera(&args.camera),
+        size: args.size,
+        settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
+        rays: args.rays,
+        output: Output { json: args.json, format: args.format, csv: args.csv, plot: None },
     }
 }
 

@@ -3,6 +3,7 @@
 mod aligned;
 mod format;
 
+mod copies;
 mod depths;
 mod difference;
 mod findings;
@@ -20,6 +21,7 @@ mod summary;
 
 pub use aligned::ReportTable;
 pub use by_command::{few_entering, tables};
+pub use copies::copy_tables;
 pub use depths::depth_table;
 pub use difference::difference_table;
 pub(super) use format::conditions_and_threads;

@@ -1,0 +1,147 @@
+//! `copies`: what the copies of a scene of two levels cost rays.
+
+use std::sync::Arc;
+
+use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::measure::{Output, check_outputs, of_job};
+use super::picture::note_written;
+use super::progress::Progress;
+use super::ray_input::MeasuringRays;
+use crate::accel::Accel;
+use crate::catalog::settings::Stated;
+use crate::console::{printable_json, printable_lines};
+use crate::export::{Protected, write_file};
+use crate::lab::copy_costs::{CopyRow, copy_costs};
+use crate::lab::population::RayPlan;
+use crate::lab::report_table::copy_tables;
+use crate::lab::rows::write_copies_csv;
+use crate::lab::{Conditions, LabError, ViewConditions};
+use crate::render::RenderSettings;
+use crate::scene::{Instancing, SceneSource};
+use crate::text::counted;
+use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::settings::BuildSettings;
+
+/// Settings of `copies`.
+#[derive(Debug, Clone)]
+pub struct CopiesCommand {
+    /// The model.
+    pub source: SceneSource,
+    /// Number of copies that have rows.
+    pub most: usize,
+    /// Build settings of all trees.
+    pub build: BuildSettings,
+    /// The camera of the view whose rays are traced.
+    pub camera: CameraChoice,
+    /// Width and height of that view in pixels.
+    pub size: [u32; 2],
+    /// Light and SIMD level; the others do not matter.
+    pub settings: RenderSettings,
+    /// The rays.
+    pub rays: MeasuringRays,
+    /// Output options.
+    pub output: Output,
+}
+
+/// Measures the costs and prints their rows; those that were measured before an early end, too.
+pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finished, Failure> {
+    if let Some(text) = command.build.refusal(0) {
+        return Err(Failure::Usage(text));
+    }
+    command.output.check()?;
+    let mut read = Protected::default();
+    read.add_read(command.source.path().into_iter().chain(command.rays.file.as_deref()));
+    read.add_standard_streams();
+    check_outputs(&command.output, &read)?;
+    if context.load.instances == Instancing::Auto {
+        context.load.instances = Instancing::TwoLevel;
+    }
+    let scene = context.load(&command.source)?;
+    if scene.copies.is_none() {
+        let text = format!("{}: the model has no copies of meshes in two levels", scene.source);
+        return Err(Failure::Failed(text));
+    }
+    // Again, as only now it is known what else was read: buffers, textures, material libraries.
+    read.add_read(&scene.files_read);
+    check_outputs(&command.output, &read)?;
+    let camera = camera_of(&command.camera, &scene)?;
+    let file = command.rays.read_file(&scene, &context.token)?;
+    let has_bad_rays = file.as_ref().is_some_and(|file| !file.faults.is_empty());
+    let token = context.token.clone();
+    let progress = Progress::new("Building", &token);
+    let accel = in_pool(|| Accel::build(&scene, &command.build, &token));
+    let accel = Arc::new(accel.map_err(|error| of_job(error.into(), &command.source))?);
+    progress.set_label("Tracing");
+    let rays =
+        RayPlan { populations: command.rays.populations, camera, size: command.size, settings: command.settings, file };
+    let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
+    drop(progress);
+    let written = write_rows(&command.output, &rows, &read);
+    let printed = print(command, &rows, context);
+    written?;
+    outcome.map_err(|error| of_job(error, &command.source))?;
+    ignore_missing_reader(printed)?;
+    Ok(Finished { warned: has_bad_rays || !scene.warnings.is_empty() })
+}
+
+/// The rows, as far as they were measured.
+fn measured(
+    command: &CopiesCommand,
+    accel: &Arc<Accel>,
+    plan: &RayPlan,
+    token: &CancelToken,
+) -> (Vec<CopyRow>, Result<(), LabError>) {
+    let scene = &accel.scene;
+    let mut rows = Vec::new();
+    let outcome = copy_costs(accel, plan, command.most, token, &mut |population, rays, part, cost| {
+        let has_camera = population.kind().is_some();
+        let view = has_camera.then(|| ViewConditions::new(command.camera.place(scene), &plan.camera, scene.offset));
+        rows.push(CopyRow {
+            command: "copies",
+            model: command.source.to_string(),
+            triangles: scene.triangle_count() as usize,
+            builder: accel.builder_name().into_owned(),
+            settings: Stated::of(&accel.settings),
+            threads: rayon::current_num_threads(),
+            population,
+            rays,
+            part,
+            cost,
+            width_px: command.size[0],
+            height_px: command.size[1],
+            conditions: Conditions::of_process(view, command.settings.simd),
+            warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
+        });
+    });
+    (rows, outcome)
+}
+
+/// Writes the CSV file, where there are rows.
+fn write_rows(output: &Output, rows: &[CopyRow], read: &Protected) -> Result<(), Failure> {
+    let Some(path) = output.csv_file().filter(|_| !rows.is_empty()) else { return Ok(()) };
+    write_file(path, read, |writer| write_copies_csv(rows, writer))?;
+    note_written(path, &counted(rows.len() as u64, "rows"));
+    Ok(())
+}
+
+fn print(command: &CopiesCommand, rows: &[CopyRow], context: &mut Context<'_>) -> std::io::Result<()> {
+    if rows.is_empty() {
+        return Ok(());
+    }
+    if command.output.json {
+        return rows
+            .iter()
+            .try_for_each(|row| writeln!(context.out, "{}", printable_json(&serde_json::to_string(row)?)));
+    }
+    if command.output.prints_csv() {
+        return write_copies_csv(rows, context.out).map_err(std::io::Error::other);
+    }
+    for (index, table) in copy_tables(rows).iter().enumerate() {
+        if index > 0 {
+            writeln!(context.out)?;
+        }
+        write!(context.out, "{}", printable_lines(&table.written(command.output.format)))?;
+    }
+    Ok(())
+}

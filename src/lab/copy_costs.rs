@@ -1,0 +1,211 @@
+//! What the copies of a scene of two levels cost rays: `copies`.
+
+use std::cmp::Reverse;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::conditions::Conditions;
+use super::measure::LabError;
+use super::population::{Population, RayPlan};
+use crate::accel::Accel;
+use crate::catalog::settings::Stated;
+use crate::scene::SceneCopies;
+use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::tree::traverse::TestCounts;
+use bvhscope_engine::{CopyCost, CopyCosts};
+
+/// A part of a scene of copies and what the rays of one population cost in it. Field names are the JSON names.
+#[derive(Debug, Clone, Serialize)]
+pub struct CopyRow {
+    /// The command.
+    pub command: &'static str,
+    /// The model as the user named it.
+    pub model: String,
+    /// Number of triangles of all copies.
+    pub triangles: usize,
+    /// Name of the builder of all trees.
+    pub builder: String,
+    /// The settings of the build.
+    #[serde(flatten)]
+    pub settings: Stated,
+    /// Number of threads.
+    pub threads: usize,
+    /// The rays.
+    pub population: Population,
+    /// Number of rays.
+    pub rays: u64,
+    /// The part.
+    #[serde(flatten)]
+    pub part: CopyPart,
+    /// Its cost.
+    #[serde(flatten)]
+    pub cost: PartCost,
+    /// Width of the view in pixels.
+    pub width_px: u32,
+    /// Height of the view in pixels.
+    pub height_px: u32,
+    /// Camera, program and machine.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// Warnings of loading the model.
+    pub warnings: Vec<String>,
+}
+
+/// Kind of a part of a scene of copies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartKind {
+    /// The whole scene.
+    All,
+    /// The tree over the copies.
+    Above,
+    /// All copies of a mesh.
+    Mesh,
+    /// One copy.
+    Copy,
+}
+
+/// A part of a scene of copies.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CopyPart {
+    /// Kind of the part.
+    pub part: PartKind,
+    /// Index of the mesh, of parts of one mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<u32>,
+    /// Index of the copy, of a part that is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub copy: Option<u32>,
+    /// Number of copies in it.
+    pub copies: u64,
+    /// Triangles of a copy, of parts of one mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh_triangles: Option<usize>,
+    /// Middle of its box, of one copy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f32; 3]>,
+}
+
+/// Cost of a part, on average of a ray.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PartCost {
+    /// Copies of it that a ray is carried into.
+    pub entered_per_ray: f64,
+    /// Part of the rays that end on it.
+    pub hits_per_ray: f64,
+    /// Part of the entries after which the ray does not end on that copy; `None` where there are none.
+    pub in_vain: Option<f64>,
+    /// Tests of containers.
+    pub container_tests_per_ray: f64,
+    /// Tests of triangles.
+    pub primitive_tests_per_ray: f64,
+    /// Both.
+    pub tests_per_ray: f64,
+    /// Part of all tests of the scene; `None` where there are none.
+    pub share_of_tests: Option<f64>,
+}
+
+/// What the rays of a population cost in the whole scene, above the copies, in each mesh, and in the `most` copies that take most tests: calls
+/// `row` with the population, the number of rays, the part and its cost, in this order. Of the populations so far those before a
+/// cancellation are kept.
+///
+/// # Errors
+///
+/// [`LabError::Refused`] for a flat scene, and once `token` is cancelled.
+pub fn copy_costs(
+    accel: &Arc<Accel>,
+    rays: &RayPlan,
+    most: usize,
+    token: &CancelToken,
+    row: &mut dyn FnMut(Population, u64, CopyPart, PartCost),
+) -> Result<(), LabError> {
+    let Some(copies) = &accel.scene.copies else {
+        return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
+    };
+    let [of_list, of_rays] = [token.part(0, 4), token.part(1, 4)];
+    let lists = rays.list(accel, &of_list)?;
+    for (index, rays) in lists.iter().enumerate() {
+        let token = of_rays.part(index, lists.len());
+        let count = rays.list.len() as u32;
+        let Some(costs) = accel.copy_costs(count, &rays.ray(), &token)? else { unreachable!("it has copies") };
+        for (part, cost) in parts(copies, accel, &costs, most) {
+            row(rays.population, u64::from(count), part, cost);
+        }
+    }
+    Ok(())
+}
+
+/// The parts that rows are of.
+fn parts(copies: &SceneCopies, accel: &Accel, costs: &CopyCosts, most: usize) -> Vec<(CopyPart, PartCost)> {
+    let mut of_meshes = vec![CopyCost::default(); copies.mesh_count()];
+    let mut counts = vec![0; copies.mesh_count()];
+    let mesh_of = |copy: usize| copies.copies().mesh(copy as u32);
+    for (copy, cost) in costs.copies.iter().enumerate() {
+        let mesh = mesh_of(copy) as usize;
+        of_meshes[mesh] = sum(&of_meshes[mesh], cost);
+        counts[mesh] += 1;
+    }
+    let above = TestCounts { containers: costs.containers_above, primitives: 0 };
+    let above = CopyCost { tests: above, ..CopyCost::default() };
+    let all = CopyCost { hits: costs.hits, ..of_meshes.iter().fold(above, |all, cost| sum(&all, cost)) };
+    let cost = |part: &CopyCost| PartCost::new(part, &all, costs.rays);
+    let whole = |part, copies| CopyPart { part, mesh: None, copy: None, copies, mesh_triangles: None, center: None };
+    let mut parts = vec![
+        (whole(PartKind::All, costs.copies.len() as u64), cost(&all)),
+        // No ray ends in the tree over the copies, and none is carried into it.
+        (whole(PartKind::Above, 0), cost(&above)),
+    ];
+    let of_mesh = |mesh: u32, part, copies| {
+        let mesh_triangles = Some(accel.scene.copies.as_ref().map_or(0, |scene| scene.mesh(mesh).len()));
+        CopyPart { mesh: Some(mesh), mesh_triangles, ..whole(part, copies) }
+    };
+    let mut meshes: Vec<u32> = (0..copies.mesh_count() as u32).collect();
+    meshes.sort_by_key(|&mesh| Reverse(tests(&of_meshes[mesh as usize])));
+    parts.extend(
+        meshes
+            .iter()
+            .map(|&mesh| (of_mesh(mesh, PartKind::Mesh, counts[mesh as usize]), cost(&of_meshes[mesh as usize]))),
+    );
+    let mut dearest: Vec<usize> = (0..costs.copies.len()).filter(|&copy| costs.copies[copy].entered > 0).collect();
+    dearest.sort_by_key(|&copy| Reverse(tests(&costs.copies[copy])));
+    dearest.truncate(most);
+    parts.extend(dearest.into_iter().map(|copy| {
+        let center = accel.scene.triangles.get(copy).map(|stand_in| stand_in.bounds().center().to_array());
+        let part = CopyPart { copy: Some(copy as u32), center, ..of_mesh(mesh_of(copy), PartKind::Copy, 1) };
+        (part, cost(&costs.copies[copy]))
+    }));
+    parts
+}
+
+fn tests(cost: &CopyCost) -> u64 {
+    cost.tests.containers + cost.tests.primitives
+}
+
+fn sum(a: &CopyCost, b: &CopyCost) -> CopyCost {
+    CopyCost {
+        entered: a.entered + b.entered,
+        hits: a.hits + b.hits,
+        tests: TestCounts {
+            containers: a.tests.containers + b.tests.containers,
+            primitives: a.tests.primitives + b.tests.primitives,
+        },
+    }
+}
+
+impl PartCost {
+    /// Of `part` of `all`, by so many rays.
+    fn new(part: &CopyCost, all: &CopyCost, rays: u64) -> Self {
+        let ratio = |count: u64, of: u64| (of > 0).then(|| count as f64 / of as f64);
+        let per_ray = |count: u64| ratio(count, rays).unwrap_or(0.0);
+        Self {
+            entered_per_ray: per_ray(part.entered),
+            hits_per_ray: per_ray(part.hits),
+            in_vain: ratio(part.entered - part.hits, part.entered),
+            container_tests_per_ray: per_ray(part.tests.containers),
+            primitive_tests_per_ray: per_ray(part.tests.primitives),
+            tests_per_ray: per_ray(tests(part)),
+            share_of_tests: ratio(tests(part), tests(all)),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Tables of `copies`: what the rays of each population cost above the copies, in each mesh, and in the dearest copies.
+
+use super::aligned::ReportTable;
+use super::format::{number, short};
+use crate::lab::copy_costs::{CopyRow, PartKind};
+use crate::text::{count, counted};
+
+/// The tables of the rows of one model.
+pub fn copy_tables(rows: &[CopyRow]) -> Vec<ReportTable> {
+    let of_populations = rows.chunk_by(|a, b| a.population == b.population);
+    of_populations.flat_map(|rows| [meshes(rows), copies(rows)]).collect()
+}
+
+const COSTS: [(&str, &str); 5] =
+    [("entered", "a ray"), ("in vain", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
+
+/// The costs of a row, as [`COSTS`] names them.
+fn costs(row: &CopyRow) -> [String; 5] {
+    let percent = |part: Option<f64>| part.map_or_else(String::new, |part| format!("{:.1}", part * 100.0));
+    let cost = &row.cost;
+    let entered = if row.part.part == PartKind::Above { String::new() } else { number(cost.entered_per_ray) };
+    [
+        entered,
+        percent(cost.in_vain),
+        number(cost.container_tests_per_ray),
+        number(cost.primitive_tests_per_ray),
+        percent(cost.share_of_tests),
+    ]
+}
+
+/// The whole scene, the tree over the copies, and each mesh.
+fn meshes(rows: &[CopyRow]) -> ReportTable {
+    let columns: Vec<(&str, &str)> =
+        [("part", ""), ("copies", ""), ("a copy", "triangles")].into_iter().chain(COSTS).collect();
+    let title = rows.first().map_or_else(String::new, |row| {
+        format!("Copies of {}, {}: {}", short(&row.model), row.population.label(), counted(row.rays, "rays"))
+    });
+    let mut table = ReportTable::new(title, &columns);
+    for row in rows.iter().filter(|row| row.part.part != PartKind::Copy) {
+        let name = match (row.part.part, row.part.mesh) {
+            (PartKind::Above, _) => "tree over the copies".to_owned(),
+            (_, Some(mesh)) => format!("mesh {mesh}"),
+            (_, None) => "whole scene".to_owned(),
+        };
+        let copies = if row.part.part == PartKind::Above { String::new() } else { count(row.part.copies) };
+        let triangles = row.part.mesh_triangles.map_or_else(String::new, |triangles| count(triangles as u64));
+        table.rows.push([name, copies, triangles].into_iter().chain(costs(row)).collect());
+    }
+    table.notes.push(
+        "Entered: copies whose trees a ray is tested with; in vain: entries after which it ends elsewhere or nowhere. Tests: part of the tests of the scene."
+            .to_owned(),
+    );
+    table
+}
+
+/// The copies that take most tests.
+fn copies(rows: &[CopyRow]) -> ReportTable {
+    let columns: Vec<(&str, &str)> =
+        [("copy", ""), ("mesh", ""), ("x", ""), ("y", ""), ("z", "")].into_iter().chain(COSTS).collect();
+    let dearest: Vec<&CopyRow> = rows.iter().filter(|row| row.part.part == PartKind::Copy).collect();
+    let title = match dearest.len() {
+        0 => "No ray is carried into a copy".to_owned(),
+        some => format!("The {} with most tests", counted(some as u64, "copies")),
+    };
+    let mut table = ReportTable::new(title, &columns);
+    for row in dearest {
+        let whole = |number: Option<u32>| number.map_or_else(String::new, |number| number.to_string());
+        let center = row.part.center.unwrap_or_default().map(|coordinate| number(f64::from(coordinate)));
+        let named = [whole(row.part.copy), whole(row.part.mesh)].into_iter().chain(center);
+        table.rows.push(named.chain(costs(row)).collect());
+    }
+    table
+}

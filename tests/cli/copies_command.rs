@@ -1,0 +1,114 @@
+//! `copies`: what the copies of a scene of two levels cost rays, with independent sums.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn program(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("bvhscope").unwrap().current_dir(folder).args(args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+fn copies(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    program(folder, &[&["copies"], args].concat())
+}
+
+fn number(row: &Value, name: &str) -> f64 {
+    row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
+}
+
+#[test]
+fn parts_add_up_to_the_scene_and_to_what_bench_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ["builtin:village:40", "--size", "64x64"];
+    let files = ["--rays", "all", "--most", "1000", "--json", "--csv", "rows.csv"];
+    let (code, out, error) = copies(folder.path(), &[&model[..], &files].concat());
+    assert_eq!(code, 0, "{error}");
+    let rows: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    for population in ["primary", "shadow", "ao", "bounce", "random"] {
+        let of = |part: &str| {
+            let is_part = |row: &&Value| row["population"] == population && row["part"] == part;
+            rows.iter().filter(is_part).collect::<Vec<_>>()
+        };
+        let ([all], [above]) = (&of("all")[..], &of("above")[..]) else { panic!("{population}") };
+        assert!(number(all, "tests_per_ray") > 1.0 && number(all, "share_of_tests") == 1.0, "{all}");
+        for part in ["mesh", "copy"] {
+            // The cheapest copies are there, too, as all are asked for.
+            let sum = |name: &str| of(part).iter().map(|row| number(row, name)).sum::<f64>();
+            for name in ["entered_per_ray", "hits_per_ray", "primitive_tests_per_ray"] {
+                assert!((sum(name) - number(all, name)).abs() < 1e-9, "{population}, {part}: {name}");
+            }
+            for name in ["container_tests_per_ray", "tests_per_ray", "share_of_tests"] {
+                assert!(
+                    (sum(name) + number(above, name) - number(all, name)).abs() < 1e-9,
+                    "{population}, {part}: {name}"
+                );
+            }
+        }
+        for row in of("copy").into_iter().chain(of("mesh")).filter(|row| !row["in_vain"].is_null()) {
+            let expected = 1.0 - number(row, "hits_per_ray") / number(row, "entered_per_ray");
+            assert!((number(row, "in_vain") - expected).abs() < 1e-9, "{row}");
+        }
+        let tests: Vec<f64> = of("copy").iter().map(|row| number(row, "tests_per_ray")).collect();
+        assert!(tests.is_sorted_by(|a, b| a >= b), "{population}: the dearest first");
+        let copies: f64 = of("mesh").iter().map(|row| number(row, "copies")).sum();
+        assert_eq!(copies, number(all, "copies"), "{population}");
+    }
+    // A picture of as many pixels traces the very primary rays.
+    let args = [
+        "bench",
+        "--instances",
+        "two-level",
+        "--repeat",
+        "1",
+        "--container",
+        "box",
+        "--traversal",
+        "ordered",
+        "--json",
+    ];
+    let (code, out, error) = program(folder.path(), &[&args[..], &model].concat());
+    assert_eq!(code, 0, "{error}");
+    let bench: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+    let all = rows.iter().find(|row| row["population"] == "primary" && row["part"] == "all").unwrap();
+    for name in ["container_tests_per_ray", "primitive_tests_per_ray"] {
+        assert!((number(&bench, name) - number(all, name)).abs() < 1e-3, "{name}: {bench} {all}");
+    }
+
+    let csv = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let head = csv.lines().next().unwrap();
+    for name in rows.iter().flat_map(|row| row.as_object().unwrap().keys()) {
+        assert!(head.split(',').any(|column| column == name), "{name} is in no column of {head}");
+    }
+}
+
+#[test]
+fn tables_are_printed_for_people() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = ["builtin:forest:60", "--size", "32x32", "--rays", "primary", "--most", "3"];
+    let (code, out, error) = copies(folder.path(), &small);
+    assert_eq!(code, 0, "{error}");
+    for text in ["Copies of forest 60", "tree over the copies", "mesh 0", "The 3 copies with most tests", "in vain"] {
+        assert!(out.contains(text), "'{text}' is missing in\n{out}");
+    }
+    let (code, out, _) = copies(folder.path(), &[&small[..], &["--format", "markdown"]].concat());
+    assert!(code == 0 && out.contains("| part | copies |"), "{out}");
+    let (code, out, _) = copies(folder.path(), &[&small[..], &["--csv", "-"]].concat());
+    assert!(code == 0 && out.lines().count() > 5 && out.starts_with("command,"), "{out}");
+}
+
+#[test]
+fn what_has_no_copies_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |args: &[&str], code: i32, expected: &str| {
+        let (found, _, error) = copies(folder.path(), args);
+        assert!(found == code && error.contains(expected), "{args:?}: {found}, {error}");
+    };
+    refused(&["builtin:teapot:2"], 1, "has no copies of meshes in two levels");
+    refused(&["builtin:village", "--instances", "flat"], 1, "has no copies of meshes in two levels");
+    refused(&["builtin:village", "--container", "sphere"], 1, "not spheres");
+    refused(&["builtin:village", "--json", "--csv", "-"], 2, "both write to standard output");
+}
