@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::cluster_cut::cluster_of_primitives;
 use super::request::RenderRequest;
 use super::shade::{Sample, Shade, Shaded};
+use crate::scene::{Scene, SceneCopies};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Hit;
 use bvhscope_engine::with_tree;
@@ -32,7 +33,7 @@ fn oklab(lightness: f32, a: f32, b: f32) -> Vec3 {
     .clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Shades by cluster, with a weak headlight that keeps the shape visible.
+/// Shades by cluster.
 pub(super) struct Clusters {
     of_primitive: Vec<u32>,
 }
@@ -52,15 +53,49 @@ impl Shade for Clusters {
     type Point = ();
 
     fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
-        let facing = sample.context.orientation(sample.ray, hit).smooth.dot(-sample.ray.direction).max(0.0);
         // The tree of a construction may lack what the traced one holds.
         let cluster = self
             .of_primitive
             .get(sample.context.scene.primitive_of(hit.primitive_index) as usize)
             .copied()
             .unwrap_or(0);
-        let color = cluster_color(cluster);
-        Shaded::color(color * (0.35 + 0.65 * facing))
+        lit(sample, hit, cluster_color(cluster))
+    }
+}
+
+/// A surface of a colour below a weak headlight that keeps the shape visible.
+fn lit(sample: &Sample<'_>, hit: &Hit, color: Vec3) -> Shaded {
+    let facing = sample.context.orientation(sample.ray, hit).smooth.dot(-sample.ray.direction).max(0.0);
+    Shaded::color(color * (0.35 + 0.65 * facing))
+}
+
+/// Shades by copy or by mesh; a flat scene has one colour.
+pub(super) struct Copies<'a> {
+    copies: Option<&'a SceneCopies>,
+    is_by_mesh: bool,
+}
+
+impl<'a> Copies<'a> {
+    /// Each copy in a colour of its own.
+    pub(super) fn each(scene: &'a Scene) -> Self {
+        Self { copies: scene.copies.as_deref(), is_by_mesh: false }
+    }
+
+    /// All copies of a mesh in one colour.
+    pub(super) fn by_mesh(scene: &'a Scene) -> Self {
+        Self { is_by_mesh: true, ..Self::each(scene) }
+    }
+}
+
+impl Shade for Copies<'_> {
+    type Point = ();
+
+    fn hit(&self, sample: &Sample<'_>, hit: &Hit, _point: &()) -> Shaded {
+        let number = self.copies.map_or(0, |copies| {
+            let copy = copies.copy_of(hit.primitive_index);
+            if self.is_by_mesh { copies.copies().mesh(copy) } else { copy }
+        });
+        lit(sample, hit, cluster_color(number))
     }
 }
 

@@ -60,6 +60,8 @@ pub const fn shading_sentence(shading: Shading) -> &'static str {
             "Distance of each point of the section plane, or of a plane across the middle, from the surface, by the closest point; with lines of equal distance"
         }
         Shading::Clusters => "Each surface in the colour of the container, at the cluster depth, that holds it",
+        Shading::Copies => "Each copy of a mesh in a colour of its own, in a scene of two levels",
+        Shading::Meshes => "All copies of a mesh in one colour, in a scene of two levels",
         Shading::Heat(HeatKind::Both) => "Container and triangle tests that each pixel cost",
         Shading::Heat(HeatKind::Containers) => "Container tests that each pixel cost",
         Shading::Heat(HeatKind::Primitives) => "Triangle tests that each pixel cost",
@@ -269,7 +271,15 @@ pub static NORMALS: Setting<RenderSettings> = Setting {
 };
 
 const fn uses_normals(render: &RenderSettings) -> bool {
-    matches!(render.shading, Shading::Lit | Shading::Normals | Shading::AmbientOcclusion | Shading::Clusters)
+    matches!(
+        render.shading,
+        Shading::Lit
+            | Shading::Normals
+            | Shading::AmbientOcclusion
+            | Shading::Clusters
+            | Shading::Copies
+            | Shading::Meshes
+    )
 }
 
 /// The crease angle.

@@ -27,6 +27,10 @@ pub enum Shading {
     Distance,
     /// The colour of the surface's ancestor node at the chosen depth.
     Clusters,
+    /// The colour of the copy that the surface belongs to, in a scene of two levels.
+    Copies,
+    /// The colour of the mesh that the surface belongs to a copy of, in a scene of two levels.
+    Meshes,
     /// Number of tests of the pixel's ray.
     Heat(HeatKind),
 }
@@ -321,11 +325,11 @@ impl Shading {
 
     /// Colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
     pub const fn is_coded(self) -> bool {
-        self.has_values() || matches!(self, Self::Clusters)
+        self.has_values() || matches!(self, Self::Clusters | Self::Copies | Self::Meshes)
     }
 
     /// All modes, in the order of menus.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Lit,
         Self::Normals,
         Self::Depth,
@@ -338,6 +342,8 @@ impl Shading {
         Self::Heat(HeatKind::Lines),
         Self::Heat(HeatKind::WholeRay),
         Self::Heat(HeatKind::Copies),
+        Self::Copies,
+        Self::Meshes,
         Self::Thickness,
         Self::Distance,
         Self::Heat(HeatKind::AllHits),
@@ -354,6 +360,8 @@ impl Shading {
             Self::Thickness => "thickness",
             Self::Distance => "distance",
             Self::Clusters => "clusters",
+            Self::Copies => "copies",
+            Self::Meshes => "meshes",
             Self::Heat(HeatKind::Both) => "heat",
             Self::Heat(HeatKind::Containers) => "heat-containers",
             Self::Heat(HeatKind::Primitives) => "heat-primitives",
@@ -376,6 +384,8 @@ impl Shading {
             Self::Thickness => "Thickness",
             Self::Distance => "Distance to the surface",
             Self::Clusters => "Cluster colours",
+            Self::Copies => "Colours by copy",
+            Self::Meshes => "Colours by mesh",
             Self::Heat(HeatKind::Both) => "Heat: all tests",
             Self::Heat(HeatKind::Containers) => "Heat: container tests",
             Self::Heat(HeatKind::Primitives) => "Heat: triangle tests",

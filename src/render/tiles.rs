@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::adaptation::{Adaptation, Metered};
 use super::assemble::{self, Pixel, assemble};
-use super::clusters::Clusters;
+use super::clusters::{Clusters, Copies};
 use super::exposure::meter;
 use super::frame::{Frame, FrameStats};
 use super::grid::Grid;
@@ -101,6 +101,8 @@ fn trace(
             let clusters = Clusters::new(request, token)?;
             passes(&context, &clusters, output, token)
         }
+        Shading::Copies => passes(&context, &Copies::each(&accel.scene), output, token),
+        Shading::Meshes => passes(&context, &Copies::by_mesh(&accel.scene), output, token),
         Shading::Thickness => passes(&context, &Thickness, output, token),
         Shading::Distance => {
             let plane = QueriedPlane::new(&context, request);

@@ -83,6 +83,8 @@ pub(super) struct Assembly {
     pub(super) offset: DVec3,
     /// Number of meshes, objects or solids so far.
     pub(super) mesh_count: usize,
+    /// Whether there are copies of meshes, which may have been made flat.
+    pub(super) repeats_meshes: bool,
     /// The cameras of the file.
     pub(super) lenses: Vec<Lens>,
     /// The view that one starts with is that of the first camera.
@@ -137,6 +139,7 @@ impl Assembly {
             textures: Vec::new(),
             offset: DVec3::ZERO,
             mesh_count: 0,
+            repeats_meshes: false,
             lenses: Vec::new(),
             starts_at_camera: false,
             lamps: Vec::new(),
@@ -331,6 +334,7 @@ impl Assembly {
             smooth_normals: SmoothNormals::default(),
             edges: OnceLock::new(),
             mesh_count: self.mesh_count.max(1),
+            repeats_meshes: self.repeats_meshes,
             motion: self.motion.map(Arc::new),
             moment: None,
             has_tree: self.has_tree,

@@ -73,6 +73,7 @@ pub(super) fn flatten(
         materials: prototypes.materials.clone(),
         textures: prototypes.textures.clone(),
         mesh_count: placed.len(),
+        repeats_meshes: true,
         ..Scene::from_triangles(source.clone(), Vec::new())
     })
 }

@@ -73,6 +73,8 @@ pub struct Scene {
     pub(in crate::scene) edges: OnceLock<Edges>,
     /// Number of meshes, objects or solids in the file; 1 if the format has no such notion.
     pub mesh_count: usize,
+    /// Whether meshes are there several times, as copies, be the scene flat or in two levels.
+    pub repeats_meshes: bool,
     /// How the model moves; `None` for one that stands still.
     pub motion: Option<Arc<Motion>>,
     /// The moment that is shown; `None` for the pose of the file, without any clip.
@@ -110,6 +112,7 @@ impl Scene {
             smooth_normals: SmoothNormals::default(),
             edges: OnceLock::new(),
             mesh_count: 1,
+            repeats_meshes: false,
             motion: None,
             moment: None,
             has_tree: false,

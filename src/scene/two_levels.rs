@@ -63,6 +63,7 @@ pub(super) fn two_levels(mut scene: Scene, copies: PlacedMeshes, token: &CancelT
     scene.triangles = copies.stand_ins(token)?;
     scene.bounds = copies.bounds(&scene.triangles, token)?;
     scene.mesh_count = copies.mesh_count();
+    scene.repeats_meshes = true;
     scene.copies = Some(Arc::new(copies));
     Ok(scene)
 }

@@ -1,8 +1,9 @@
 //! A scene of copies in two levels.
 
 use bvhscope::app::commands::Action;
-use bvhscope::app::state::Severity;
+use bvhscope::app::state::{Request, Severity};
 use bvhscope::render::{Frame, Shading};
+use bvhscope::scene::{Instancing, SceneSource};
 use bvhscope_engine::tree::ContainerKind;
 use egui_kittest::kittest::Queryable as _;
 
@@ -62,4 +63,24 @@ fn spheres_are_refused_and_the_tree_of_boxes_stays() {
         |harness: &Window, what: &str| harness.state().state.messages.open.iter().any(|one| one.text.contains(what));
     assert!(said(&harness, "copies have boxes, not spheres") && said(&harness, "The present tree stays"));
     assert_eq!(presented(&harness).accel.tree.container_kind(), ContainerKind::Aabb);
+}
+
+#[test]
+fn the_form_of_copies_is_chosen_in_the_window_and_is_of_that_model_alone() {
+    let mut harness = app_of_copies();
+    let is_on = |harness: &Window, form| Action::ShowCopies(form).is_on(&harness.state().state);
+    let camera = harness.state().state.wanted.camera;
+    assert_eq!([Instancing::Flat, Instancing::TwoLevel].map(|form| is_on(&harness, form)), [Some(false), Some(true)]);
+    Action::ShowCopies(Instancing::Flat).perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    let scene = presented(&harness).accel.scene.clone();
+    assert!(scene.copies.is_none() && scene.triangles.len() > 61 && scene.repeats_meshes);
+    assert_eq!(harness.state().state.wanted.camera, camera, "it is the same model in the same view");
+    assert_eq!([Instancing::Flat, Instancing::TwoLevel].map(|form| is_on(&harness, form)), [Some(true), Some(false)]);
+    // The next model is loaded as the command line says.
+    harness.state_mut().state.activity.requests.push(Request::Open(SceneSource::default_builtin()));
+    settle(&mut harness);
+    assert!(!Action::ShowCopies(Instancing::Flat).is_enabled(&harness.state().state), "a teapot has no copies");
+    assert_eq!(harness.state().state.model.load_options.instances, Instancing::TwoLevel);
+    assert_eq!(errors(&harness), [""; 0]);
 }

@@ -1,11 +1,13 @@
 //! Scenes of copies in two levels beside their flat scenes: the very hits, and pictures that differ by the rounding of normals alone.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
 use bvhscope::accel::tracer::{CountedQuery, Counting};
+use bvhscope::colors::srgb::decode;
 use bvhscope::render::{NormalSource, RayKind, RenderRequest, RenderSettings, Shading, rays_of_picture, render};
-use bvhscope::scene::{Instancing, LoadOptions, SceneSource, load};
+use bvhscope::scene::{Instancing, LoadOptions, SceneCopies, SceneSource, load};
 use bvhscope::view::NamedView;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::{BuildSettings, Pass};
@@ -123,6 +125,44 @@ fn pictures_are_those_of_the_flat_scene() {
                 "{name}, {shading:?}: {differing} of {all}"
             );
         }
+    }
+}
+
+/// The hue of a pixel: its linear colour without its brightness.
+fn hue(rgba: &[u8]) -> Vec3 {
+    Vec3::from_array([0, 1, 2].map(|channel: usize| decode(f32::from(rgba[channel]) / 255.0))).normalize_or_zero()
+}
+
+/// The hues of a picture by the number that `number` makes of what each pixel shows.
+fn hues_of(request: &RenderRequest, number: impl Fn(u32) -> u32) -> BTreeMap<u32, Vec<Vec3>> {
+    let frame = render(request, &CancelToken::new(), &|_| ()).unwrap();
+    let mut hues: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
+    for (primitive, rgba) in frame.primitive.iter().zip(&frame.rgba) {
+        // Dark pixels are rounded too much.
+        if *primitive != u32::MAX && rgba[..3].iter().max() > Some(&100) {
+            hues.entry(number(*primitive)).or_default().push(hue(rgba));
+        }
+    }
+    hues
+}
+
+#[test]
+fn copies_and_meshes_have_colors_of_their_own() {
+    let [flat, copies] = both("builtin:forest:30");
+    let scene = copies.scene.copies.as_ref().unwrap();
+    let same: fn(&SceneCopies, u32) -> u32 = |_, copy| copy;
+    for (shading, number) in [(Shading::Copies, same), (Shading::Meshes, |scene, copy| scene.copies().mesh(copy))] {
+        let hues = hues_of(&picture(&copies, &flat, shading), |copy| number(scene, copy));
+        assert!(hues.len() > 4, "{shading:?}: {}", hues.len());
+        let firsts: Vec<Vec3> = hues.values().map(|hues| hues[0]).collect();
+        for (number, hues) in &hues {
+            assert!(hues.iter().all(|hue| hue.dot(hues[0]) > 0.999), "{shading:?}: {number} has one colour");
+        }
+        let alike = |at: usize| firsts[..at].iter().filter(|hue| hue.dot(firsts[at]) > 0.999).count();
+        let alike: usize = (0..firsts.len()).map(alike).sum();
+        assert!(alike * 10 < firsts.len() * (firsts.len() - 1) / 2, "{shading:?}: {alike} pairs of {}", firsts.len());
+        let flat = hues_of(&picture(&flat, &flat, shading), |_| 0);
+        assert!(flat[&0].iter().all(|hue| hue.dot(flat[&0][0]) > 0.999), "{shading:?}: a flat scene has one colour");
     }
 }
 

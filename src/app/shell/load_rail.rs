@@ -11,7 +11,7 @@ use crate::app::studies::latest::{Latest, Polled, WorkerPool, report_panic};
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
 use crate::console::note;
-use crate::scene::{LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
+use crate::scene::{Instancing, LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
 use crate::view::{CameraChoice, NamedView};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -23,6 +23,8 @@ struct LoadKey {
     source: SceneSource,
     /// The scene of the file; `None` for its default.
     scene: Option<usize>,
+    /// Form of copies of meshes.
+    instances: Instancing,
     /// Incremented when the user reads the same source again.
     generation: u64,
 }
@@ -108,15 +110,17 @@ impl LoadRail {
         self.latest.refuse(None);
     }
 
-    /// Requests a `scene` of the wanted model unless it is loaded, in flight or refused.
-    pub(crate) fn request(&mut self, source: &SceneSource, scene: Option<usize>, now: Instant) {
-        // The scene was chosen for the file that is loaded.
-        let scene = scene.filter(|_| self.loaded.as_ref().is_none_or(|loaded| loaded.source == *source));
-        let key = LoadKey { source: source.clone(), scene, generation: self.generation };
+    /// Requests the wanted model, the scene and the form of copies of `options`, unless it is loaded, in flight or refused.
+    pub(crate) fn request(&mut self, source: &SceneSource, options: &LoadOptions, now: Instant) {
+        // Scene and form were chosen for the model that is loaded.
+        let is_loaded = self.loaded.as_ref().is_none_or(|loaded| loaded.source == *source);
+        let chosen = (options.scene, options.instances);
+        let (scene, instances) = if is_loaded { chosen } else { (None, self.options.instances) };
+        let key = LoadKey { source: source.clone(), scene, instances, generation: self.generation };
         if self.loaded.as_ref() == Some(&key) {
             self.latest.stop();
         } else if ![self.latest.key(), self.latest.refused()].contains(&Some(&key)) {
-            let job = LoadJob { key: key.clone(), options: LoadOptions { scene, ..self.options.clone() } };
+            let job = LoadJob { key: key.clone(), options: LoadOptions { scene, instances, ..self.options.clone() } };
             self.latest.request(key, job, now);
         }
     }
@@ -159,7 +163,11 @@ impl LoadRail {
         preferences::remember(&mut state.preferences.recent, &scene.source);
         state.messages.forget_errors();
         let present = state.wanted.camera.shifted(state.move_to_offset(scene.offset));
-        let keep = self.keep_camera && orbit::still_sees(&present, &scene.bounds);
+        let before = self.loaded.as_ref().filter(|before| before.source == key.source);
+        let is_loaded = before.is_some();
+        // In another form it is the same model.
+        let is_same = before.is_some_and(|before| before.scene == key.scene && before.instances != key.instances);
+        let keep = (self.keep_camera || is_same) && orbit::still_sees(&present, &scene.bounds);
         self.next_camera = Some(match self.first_camera.take() {
             Some(choice) => choice.camera(&scene),
             None if keep => present,
@@ -167,6 +175,9 @@ impl LoadRail {
         });
         self.keep_camera = false;
         state.model.load_options.scene = key.scene;
+        if !is_loaded {
+            state.model.load_options.instances = key.instances;
+        }
         // A tree file with its triangles is model and tree in one, until another tree of the model is chosen.
         if scene.has_tree && self.loaded.as_ref().is_none_or(|loaded| loaded.source != key.source) {
             let path = scene.source.path().map(Path::to_path_buf);
@@ -209,6 +220,8 @@ impl LoadRail {
         if let Some(scene) = &state.model.loaded {
             state.wanted.source = scene.source.clone();
             state.model.load_options.scene = self.loaded.as_ref().and_then(|key| key.scene);
+            state.model.load_options.instances =
+                self.loaded.as_ref().map_or_else(Instancing::default, |key| key.instances);
             self.generation = self.loaded.as_ref().map_or(self.generation, |key| key.generation);
             let shown = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
             state.wanted.moment = shown.filter(|shown| shown.is_same_model(scene)).and_then(|shown| shown.moment);
@@ -222,9 +235,13 @@ impl LoadRail {
         state.wanted.source = scene.source.clone();
         state.move_to_offset(scene.offset);
         state.model.load_options.scene = (scene.scene_names.len() > 1).then_some(scene.shown_scene);
-        let scene = state.model.load_options.scene;
+        if scene.repeats_meshes {
+            let is_two_level = scene.copies.is_some();
+            state.model.load_options.instances = if is_two_level { Instancing::TwoLevel } else { Instancing::Flat };
+        }
+        let LoadOptions { scene, instances, .. } = state.model.load_options;
         let source = state.wanted.source.clone();
-        self.loaded = Some(LoadKey { source, scene, generation: self.generation });
+        self.loaded = Some(LoadKey { source, scene, instances, generation: self.generation });
         self.next_camera = None;
     }
 

@@ -183,7 +183,7 @@ impl Reconciler {
     /// Requests whatever is stale. Returns the delay after which this is to be called again even if nothing arrives.
     pub(crate) fn reconcile(&mut self, state: &mut AppState, now: Instant) -> Option<Duration> {
         let moving = self.motion.observe(state, now);
-        self.load.request(&state.wanted.source, state.model.load_options.scene, now);
+        self.load.request(&state.wanted.source, &state.model.load_options, now);
         // A file that holds a tree of the model to come is none of the present one.
         let awaits_model = !self.load.has_loaded(&state.wanted.source);
         let awaits = |side: TreeSide| awaits_model && state.wanted.tree_file(side).is_some();

@@ -8,7 +8,7 @@ use crate::app::state::second_tree::{CompareView, TreeSide};
 use crate::lab::plot::Figure;
 use crate::overlay::ColorBy;
 use crate::render::Shading;
-use crate::scene::SceneSource;
+use crate::scene::{Instancing, SceneSource};
 use crate::view::CameraChoice;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::{BuilderKind, Pass, Preset};
@@ -26,6 +26,8 @@ pub enum Action {
     OpenRecent(usize),
     /// Show the scene of the model's file with this index.
     ShowSceneOfFile(usize),
+    /// Load copies of meshes in this form.
+    ShowCopies(Instancing),
     /// Open the scene of [`crate::scene::BUILTIN_SCENES`] with this index.
     OpenBuiltin(usize),
     /// Read the model again.

@@ -77,6 +77,7 @@ pub(super) fn expand(
     let (triangles, vertices) = (counts(copies, triangles_of, token)?, counts(copies, vertices_of, token)?);
     let bytes =
         triangles[0].saturating_mul(BYTES_PER_TRIANGLE).saturating_add(vertices[0].saturating_mul(BYTES_PER_VERTEX));
+    assembly.repeats_meshes = triangles[1] < triangles[0] && copies.iter().all(|one| !one.is_kept);
     let has_copies = triangles[1] < triangles[0] || instances == Instancing::TwoLevel;
     let is_flat = !has_copies || triangles[0] <= MAX_TRIANGLES && is_flat(instances, triangles[0], bytes);
     let made = |[all, once]: [u64; 2]| usize::try_from(if is_flat { all } else { once }).unwrap_or(usize::MAX);

@@ -92,6 +92,7 @@ impl Placed {
         let (offset, objects) = self.offsets(token)?;
         assembly.offset = offset;
         assembly.mesh_count = self.items.len();
+        assembly.repeats_meshes = once != all;
         let mut kept = (!is_flat).then(KeptCopies::new);
         self.append(&objects, kept.as_mut(), assembly, token)?;
         if let Some((copies, reach)) = kept.map(KeptCopies::finish) {

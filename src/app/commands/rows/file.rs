@@ -5,7 +5,7 @@ use egui::Key;
 use crate::app::commands::row::{CTRL, Item, NONE, Row, SHIFT, current, is_presented, item, many, one};
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
-use crate::scene::{BUILTIN_SCENES, SceneSource, format_names};
+use crate::scene::{BUILTIN_SCENES, Instancing, SceneSource, format_names};
 use crate::text::file_name;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
@@ -44,6 +44,14 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         })
         .switch(|state, index| Some(state.model.loaded.as_ref().is_some_and(|scene| scene.shown_scene == index)))
         .within("Scenes of the file"),
+        current(forms_of_copies, |state, index| {
+            state.model.load_options.instances = FORMS_OF_COPIES[index].0;
+        })
+        .switch(|state, index| {
+            let is_two_level = FORMS_OF_COPIES[index].0 == Instancing::TwoLevel;
+            Some(state.model.loaded.as_ref().is_some_and(|scene| scene.copies.is_some() == is_two_level))
+        })
+        .within("Copies of meshes"),
     ],
     &[
         one(
@@ -98,6 +106,22 @@ fn builtin_scenes() -> Vec<Item> {
 fn open_builtin(state: &mut AppState, index: usize) {
     let source = SceneSource::Builtin { name: BUILTIN_SCENES[index].name.to_owned(), size: None };
     state.activity.requests.push(Request::Open(source));
+}
+
+/// Forms of a scene of copies, with their labels and what they are.
+const FORMS_OF_COPIES: [(Instancing, &str, &str); 2] = [
+    (
+        Instancing::Flat,
+        "Copies flat",
+        "Load the model with triangles of its own for each copy of a mesh: every view works on it",
+    ),
+    (Instancing::TwoLevel, "Copies in two levels", "Load the model with each mesh once, and a tree over its copies"),
+];
+
+/// The forms to choose from, where meshes have copies.
+fn forms_of_copies(state: &AppState) -> Vec<Item> {
+    let forms = FORMS_OF_COPIES.map(|(form, label, tip)| item(Action::ShowCopies(form), label, tip));
+    if state.model.loaded.as_ref().is_some_and(|scene| scene.repeats_meshes) { forms.into() } else { Vec::new() }
 }
 
 /// The scenes to choose from, where there are several.

@@ -266,12 +266,20 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
             ("Picture: ambient occlusion".to_owned(), Part::Ramp { stops, used: None, color: Box::new(grey) })
         }
         Shading::Clusters => (format!("Picture: {}", clusters(frame)), Part::Text("one colour each".to_owned())),
+        Shading::Copies => ("Picture: copies".to_owned(), of_copies(shown, "one colour each")),
+        Shading::Meshes => ("Picture: meshes".to_owned(), of_copies(shown, "one colour for all copies of a mesh")),
         Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
         Shading::Thickness => ("Picture: thickness".to_owned(), values_ramp(frame)),
         Shading::Distance => (format!("Picture: distance, a line every {}", frame.line_spacing), values_ramp(frame)),
     };
     Some(LegendBox { title, parts: std::iter::once(part).chain(lines).collect() })
+}
+
+/// What the colours of copies mean, or that there are none.
+fn of_copies(shown: &Presented, meaning: &str) -> Part {
+    let has_copies = shown.accel.scene.copies.is_some();
+    Part::Text(if has_copies { meaning } else { "none: the scene is flat" }.to_owned())
 }
 
 /// The nodes that cluster colours show.
