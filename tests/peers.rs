@@ -25,11 +25,14 @@ mod rays;
 #[path = "../benches/peers/scenes.rs"]
 #[allow(dead_code, reason = "the models' names are the benchmark's")]
 mod scenes;
+#[path = "../benches/peers/two_levels.rs"]
+#[allow(dead_code, reason = "times are the benchmark's")]
+mod two_levels;
 
 use std::path::Path;
 
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::{Aabb, PreparedRay, Shear};
+use bvhscope_engine::geometry::{Aabb, PreparedRay, Shear, Triangle};
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Traversal, closest_hit};
 use rays::{Query, Tally, Workload, workloads};
@@ -87,6 +90,36 @@ fn every_measured_interface_finds_the_same_hits() {
                     assert!(tally.hits > 0, "{name}, {}: nothing is hit", work.name);
                     assert_eq!(tally, *reference.get_or_insert(tally), "{name}, {}", work.name);
                 }
+            }
+        }
+    }
+}
+
+fn run<'a>(interface: &peer::Interface<'a>, work: &'a Workload) -> Option<Tally> {
+    (interface.prepare)(work).map(|mut run| run())
+}
+
+#[test]
+fn every_measured_interface_of_copies_finds_the_hits_of_the_flat_scene() {
+    for name in ["builtin:forest:20", "builtin:village:12", "builtin:stack:9"] {
+        let (folder, token) = (Path::new("."), CancelToken::new());
+        let subject = scenes::Subject::load(name, folder, &token).expect("a built-in scene");
+        let copies = scenes::load_copies(name, folder, &token).expect("a built-in scene").expect("made of copies");
+        let meshes: Vec<&[Triangle]> = (0..copies.mesh_count() as u32).map(|mesh| copies.mesh(mesh)).collect();
+        let levels = two_levels::ready(&meshes, &two_levels::placed(&copies));
+        let ready = engine::ready(&subject.triangles, false);
+        let works = workloads(boxes(&ready), &subject.triangles, &subject.bounds, &subject.camera, SIZE);
+        for work in &works {
+            let expected = engine::interfaces(&ready[0]).iter().find_map(|interface| run(interface, work));
+            for (setting, instances) in &levels {
+                let interfaces = two_levels::interfaces(setting, instances);
+                let tallies: Vec<Tally> = interfaces.iter().filter_map(|interface| run(interface, work)).collect();
+                assert_eq!(tallies.is_empty(), work.query == Query::Point, "{name}, {setting}, {}", work.name);
+                assert!(
+                    tallies.iter().all(|tally| Some(*tally) == expected),
+                    "{name}, {setting}, {}: {tallies:?}",
+                    work.name
+                );
             }
         }
     }

@@ -19,6 +19,8 @@ pub const FORMAT_FLOAT3: c_uint = 0x9003;
 pub const BUFFER_INDEX: c_uint = 0;
 pub const BUFFER_VERTEX: c_uint = 1;
 pub const GEOMETRY_TRIANGLE: c_uint = 0;
+const GEOMETRY_INSTANCE: c_uint = 121;
+const FORMAT_FLOAT3X4_ROW_MAJOR: c_uint = 0x9134;
 /// Flag of scenes in which no ray slips between triangles that share an edge (`RTC_SCENE_FLAG_ROBUST`).
 const SCENE_ROBUST: c_uint = 4;
 /// Flag of scenes whose queries may bring a filter function of their own: `RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION`, in Embree 4
@@ -181,12 +183,8 @@ impl Drop for Scene<'_> {
 
 /// Builds.
 pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
-    let Mode { quality, is_robust, has_filter } = mode;
     let before = HELD_BYTES.load(Ordering::Relaxed);
     let Common {
-        new_scene,
-        set_scene_flags,
-        set_scene_quality,
         new_geometry,
         set_geometry_quality,
         set_buffer,
@@ -199,11 +197,9 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
     // SAFETY: device, scene and geometry are alive; the shared buffers belong to `mesh`, which the result borrows, and
     // have the counts, strides and padding that Embree requires.
     let scene = unsafe {
-        let scene = new_scene(device.device);
-        set_scene_flags(scene, if is_robust { SCENE_ROBUST } else { 0 } | if has_filter { SCENE_FILTER } else { 0 });
-        set_scene_quality(scene, quality as c_uint);
+        let scene = empty_scene(device, mode);
         let geometry = new_geometry(device.device, GEOMETRY_TRIANGLE);
-        set_geometry_quality(geometry, quality as c_uint);
+        set_geometry_quality(geometry, mode.quality as c_uint);
         let (vertices, indices) = (mesh.vertices.as_ptr().cast(), mesh.indices.as_ptr().cast());
         let count = mesh.vertices.len() - 1;
         set_buffer(geometry, BUFFER_VERTEX, 0, FORMAT_FLOAT3, vertices, 0, 12, count);
@@ -214,6 +210,57 @@ pub fn commit<'a>(device: &Device, mesh: &'a Mesh, mode: Mode) -> Scene<'a> {
         commit_scene(scene);
         scene
     };
+    device.check();
+    let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
+    Scene::owning(device.library, mode, scene, bytes)
+}
+
+/// A scene without geometries, which is not committed.
+fn empty_scene(device: &Device, Mode { quality, is_robust, has_filter }: Mode) -> *mut c_void {
+    let Common { new_scene, set_scene_flags, set_scene_quality, .. } = device.library.common;
+    // SAFETY: the device and the scene are alive.
+    unsafe {
+        let scene = new_scene(device.device);
+        set_scene_flags(scene, if is_robust { SCENE_ROBUST } else { 0 } | if has_filter { SCENE_FILTER } else { 0 });
+        set_scene_quality(scene, quality as c_uint);
+        scene
+    }
+}
+
+/// Builds the scenes of `meshes` and one over their copies: the mesh of each, and the rows of its transform.
+pub fn commit_copies<'a>(
+    device: &Device,
+    meshes: &'a [Mesh],
+    copies: impl Iterator<Item = (u32, &'a [[f32; 4]; 3])>,
+    mode: Mode,
+) -> Scene<'a> {
+    let before = HELD_BYTES.load(Ordering::Relaxed);
+    let Common {
+        new_geometry,
+        set_instanced_scene,
+        set_transform,
+        commit_geometry,
+        attach_geometry,
+        release_geometry,
+        commit_scene,
+        ..
+    } = device.library.common;
+    let below: Vec<Scene> = meshes.iter().map(|mesh| commit(device, mesh, mode)).collect();
+    let scene = empty_scene(device, mode);
+    for (mesh, rows) in copies {
+        // SAFETY: device, scenes and geometry are alive; the transform has twelve numbers, which are copied. An instance holds a reference of
+        // its own to the scene of its mesh.
+        unsafe {
+            let geometry = new_geometry(device.device, GEOMETRY_INSTANCE);
+            set_instanced_scene(geometry, below[mesh as usize].scene);
+            set_transform(geometry, 0, FORMAT_FLOAT3X4_ROW_MAJOR, rows.as_ptr().cast());
+            commit_geometry(geometry);
+            attach_geometry(scene, geometry);
+            release_geometry(geometry);
+        }
+    }
+    // SAFETY: the scene is alive.
+    unsafe { commit_scene(scene) };
     device.check();
     let bytes = (HELD_BYTES.load(Ordering::Relaxed) - before).max(0) as usize;
     Scene::owning(device.library, mode, scene, bytes)

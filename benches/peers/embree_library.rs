@@ -52,6 +52,8 @@ functions! {
         set_buffer: rtcSetSharedGeometryBuffer(*mut c_void, c_uint, c_uint, c_uint, *const c_void, usize, usize, usize),
         update_buffer: rtcUpdateGeometryBuffer(*mut c_void, c_uint, c_uint),
         commit_geometry: rtcCommitGeometry(*mut c_void),
+        set_instanced_scene: rtcSetGeometryInstancedScene(*mut c_void, *mut c_void),
+        set_transform: rtcSetGeometryTransform(*mut c_void, c_uint, c_uint, *const c_void),
         attach_geometry: rtcAttachGeometry(*mut c_void, *mut c_void) -> c_uint,
         new_bvh: rtcNewBVH(*mut c_void) -> *mut c_void,
         release_bvh: rtcReleaseBVH(*mut c_void),

@@ -79,13 +79,15 @@ impl Ready {
 
 /// The trees of all settings, of which the first has boxes.
 pub fn ready(triangles: &[Triangle], slow: bool) -> Vec<Ready> {
-    let ready = |(name, settings): (String, BuildSettings)| {
-        let tree = tree(triangles, &settings);
-        let leaf_triangles = in_leaf_order(&tree, triangles);
-        let wide = wide(&tree, triangles);
-        Ready { name, tree, leaf_triangles, wide }
-    };
-    settings(slow).into_iter().map(ready).collect()
+    settings(slow).into_iter().map(|(name, settings)| ready_with(triangles, name, &settings)).collect()
+}
+
+/// The trees of some settings.
+pub fn ready_with(triangles: &[Triangle], name: String, settings: &BuildSettings) -> Ready {
+    let tree = tree(triangles, settings);
+    let leaf_triangles = in_leaf_order(&tree, triangles);
+    let wide = wide(&tree, triangles);
+    Ready { name, tree, leaf_triangles, wide }
 }
 
 /// The tree to be measured, if it has boxes: costs of different containers do not compare.

@@ -8,6 +8,7 @@
 
 #![allow(clippy::pedantic, reason = "tests and measurements may be plainer than the libraries")]
 
+mod copies;
 mod dump;
 mod embree;
 mod embree_library;
@@ -31,6 +32,7 @@ mod report;
 mod scenes;
 mod tinybvh_library;
 mod tinybvh_peer;
+mod two_levels;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -65,6 +67,9 @@ struct Flags {
     /// Also the preset Finest, which takes minutes, Embree's high quality and obvhs's slow settings
     #[arg(long)]
     slow: bool,
+    /// Scenes of copies in two levels, this engine's and Embree's, beside the flat scene: parts build, tree, primary, ao, diffuse, all-hits
+    #[arg(long)]
+    copies: bool,
     /// Measured rounds; medians are shown
     #[arg(long, default_value_t = 7)]
     repeat: usize,
@@ -147,7 +152,18 @@ fn main() -> ExitCode {
             }
             continue;
         }
-        let result = measure::measure(&subject, &plan);
+        let result = if flags.copies {
+            match scenes::load_copies(name, &models, &CancelToken::new()) {
+                Ok(Some(copies)) => copies::measure(&subject, &copies, &plan),
+                Ok(None) | Err(_) => {
+                    eprintln!("skipped {name}: it has no copies");
+                    agreed = false;
+                    continue;
+                }
+            }
+        } else {
+            measure::measure(&subject, &plan)
+        };
         if !flags.json {
             report::print_tables(&result);
         }

@@ -35,7 +35,7 @@ pub const PARTS: [&str; 9] =
 /// Samples of ambient occlusion per pixel of the measured pictures.
 const PICTURES: [u32; 3] = [1, 16, 256];
 /// One ray in this many is counted through the trees.
-const COUNTED: usize = 16;
+pub const COUNTED: usize = 16;
 /// Width and height of the picture by which updates are checked.
 const CHECKED_SIZE: u32 = 256;
 
@@ -56,7 +56,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn wants(&self, part: &str) -> bool {
+    /// True if a part is to be measured.
+    pub fn wants(&self, part: &str) -> bool {
         self.parts.iter().any(|wanted| wanted == part)
     }
 
@@ -148,20 +149,27 @@ pub struct Outcome {
     pub disagreements: Vec<String>,
 }
 
+impl Outcome {
+    /// Of a scene, without results.
+    pub fn new(subject: &Subject, plan: &Plan) -> Self {
+        Self {
+            model: subject.name.clone(),
+            triangles: subject.triangles.len(),
+            repeat: plan.repeat,
+            builds: Vec::new(),
+            updates: Vec::new(),
+            trees: Vec::new(),
+            traces: Vec::new(),
+            pictures: Vec::new(),
+            disagreements: Vec::new(),
+        }
+    }
+}
+
 /// Measures one scene.
 pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
     let triangles = &subject.triangles[..];
-    let mut outcome = Outcome {
-        model: subject.name.clone(),
-        triangles: triangles.len(),
-        repeat: plan.repeat,
-        builds: Vec::new(),
-        updates: Vec::new(),
-        trees: Vec::new(),
-        traces: Vec::new(),
-        pictures: Vec::new(),
-        disagreements: Vec::new(),
-    };
+    let mut outcome = Outcome::new(subject, plan);
     let (mesh, converted) = (embree::Mesh::new(triangles), obvhs_peer::converted(triangles));
     let vertices = tinybvh_library::vertices(triangles);
     if plan.wants("build") {
@@ -231,11 +239,12 @@ pub fn measure(subject: &Subject, plan: &Plan) -> Outcome {
 }
 
 /// Each Embree that is there, with a number of threads.
-fn devices(threads: usize) -> Vec<Device> {
+pub fn devices(threads: usize) -> Vec<Device> {
     libraries().iter().map(|library| Device::new(library, threads)).collect()
 }
 
-fn build_rows(builders: &[Builder], repeat: usize) -> Vec<BuildRow> {
+/// Builds in turn.
+pub fn build_rows(builders: &[Builder], repeat: usize) -> Vec<BuildRow> {
     let mut times: Vec<(Vec<Duration>, Vec<Duration>)> = builders.iter().map(|_| Default::default()).collect();
     for round in 0..=repeat {
         for (builder, (ready, binary)) in builders.iter().zip(&mut times) {
@@ -379,7 +388,11 @@ const HIT_TOLERANCE: f64 = 1e-5;
 const ALL_HITS_TOLERANCE: f64 = 1e-4;
 
 /// Traces a workload that is divided among as many threads as it has parts.
-fn trace_rows<'a>(interfaces: &[Interface<'a>], parts: &'a [Workload], plan: &Plan) -> (Vec<TraceRow>, Vec<String>) {
+pub fn trace_rows<'a>(
+    interfaces: &[Interface<'a>],
+    parts: &'a [Workload],
+    plan: &Plan,
+) -> (Vec<TraceRow>, Vec<String>) {
     let mut disagreements = Vec::new();
     let prepare = |interface: &Interface<'a>| parts.iter().map(|part| (interface.prepare)(part)).collect();
     // This engine's first interface for such rays, whether it is shown or not.

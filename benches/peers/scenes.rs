@@ -2,9 +2,10 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bvhscope::camera::Camera;
-use bvhscope::scene::{LoadOptions, SceneSource, load};
+use bvhscope::scene::{Instancing, LoadOptions, Scene, SceneCopies, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use glam::Vec3;
@@ -58,16 +59,10 @@ pub fn model_folder(given: Option<PathBuf>) -> PathBuf {
 }
 
 impl Subject {
-    /// Loads a scene by its short name, its path or its built-in name.
+    /// Loads a scene by its short name, its path or its built-in name; copies of meshes flat.
     pub fn load(name: &str, folder: &Path, token: &CancelToken) -> anyhow::Result<Self> {
         let known = SCENES.iter().find(|scene| scene.0 == name);
-        let source = match known {
-            Some((_, source, _)) if source.starts_with("builtin:") => SceneSource::parse(OsStr::new(source)),
-            Some((_, source, _)) => Ok(SceneSource::File(folder.join(source))),
-            None => SceneSource::parse(OsStr::new(name)),
-        }
-        .map_err(anyhow::Error::msg)?;
-        let scene = load(&source, &LoadOptions::default(), token)?;
+        let scene = load_as(name, folder, Instancing::Flat, token)?;
         let source_triangles = scene.triangles.len();
         let (source_indices, triangles): (Vec<u32>, Vec<Triangle>) =
             (0..).zip(scene.triangles).filter(|(_, t)| t.scaled_normal().length_squared() > 0.0).unzip();
@@ -78,4 +73,20 @@ impl Subject {
         }
         Ok(Self { name: name.to_owned(), triangles, source_indices, source_triangles, bounds, camera })
     }
+}
+
+/// The copies of meshes of a scene; `None` where it has none.
+pub fn load_copies(name: &str, folder: &Path, token: &CancelToken) -> anyhow::Result<Option<Arc<SceneCopies>>> {
+    Ok(load_as(name, folder, Instancing::TwoLevel, token)?.copies)
+}
+
+fn load_as(name: &str, folder: &Path, instances: Instancing, token: &CancelToken) -> anyhow::Result<Scene> {
+    let known = SCENES.iter().find(|scene| scene.0 == name);
+    let source = match known {
+        Some((_, source, _)) if source.starts_with("builtin:") => SceneSource::parse(OsStr::new(source)),
+        Some((_, source, _)) => Ok(SceneSource::File(folder.join(source))),
+        None => SceneSource::parse(OsStr::new(name)),
+    }
+    .map_err(anyhow::Error::msg)?;
+    Ok(load(&source, &LoadOptions { instances, ..LoadOptions::default() }, token)?)
 }
