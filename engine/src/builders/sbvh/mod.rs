@@ -29,6 +29,7 @@ use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::stage_times::StageTimes;
+use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::tree::{Node, Tree};
 
 use by_list::best_list_split;
@@ -122,7 +123,8 @@ fn split(
     })
 }
 
-/// Divides the first `count` of `references`, of at least two, by the cheaper of both kinds of splits.
+/// Divides the first `count` of `references`, of at least two, by the cheaper of both kinds of splits. A plane must also cost less than a
+/// leaf: below what the paper makes a leaf, references would be cut for hardly any gain.
 fn divide(
     scene: &Scene<'_>,
     references: &mut [Reference],
@@ -137,8 +139,12 @@ fn divide(
     let [left, right] = &by_list.sides;
     let spare = references.len() - count;
     if spare > 0 && left.intersection(right).half_area() > scene.min_common_area {
-        let plane = best_plane_split(scene, &references[..count], &left.union(right), spare, token)?;
-        if let Some(plane) = plane.filter(|plane| plane.cost < by_list.cost)
+        let bounds = left.union(right);
+        let [leaf_cost, node_cost] =
+            [INTERSECTION_COST * count as f32, TRAVERSAL_COST].map(|cost| f64::from(cost * bounds.half_area()));
+        let most = by_list.cost.min(leaf_cost - node_cost);
+        let plane = best_plane_split(scene, &references[..count], &bounds, spare, token)?;
+        if let Some(plane) = plane.filter(|plane| plane.cost < most)
             && let Some(sides) = divide_by_plane(scene, references, count, plane, token)?
         {
             return Ok(sides);
