@@ -1,11 +1,13 @@
 //! Divisions of a node by a plane: which one (the paper's *chopped binning*), and on which side each reference goes (its *reference
 //! unsplitting*).
 
+use glam::Vec3;
+
 use crate::builders::clip::halves;
 use crate::builders::sbvh::references::{FORK_ABOVE, Reference, Scene};
 use crate::builders::sbvh::sides::{SideWriter, Sides};
 use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::par_tasks;
 
 /// Number of slabs along each axis; planes are tried between them.
@@ -133,19 +135,43 @@ impl Slabs {
         }
         self.entries[first] += 1;
         self.exits[last] += 1;
-        let triangle = &scene.triangles[reference.triangle as usize];
-        let mut rest = reference.bounds;
-        for slab in first..last {
-            let [below, above] = halves(triangle, &rest, self.axis, self.plane(slab + 1), scene.overlap);
-            if !below.is_empty() {
-                self.boxes[slab] = self.boxes[slab].union(&below);
-            }
-            if above.is_empty() {
-                return;
-            }
-            rest = above;
+        if first == last {
+            self.boxes[first] = self.boxes[first].union(&reference.bounds);
+            return;
         }
-        self.boxes[last] = self.boxes[last].union(&rest);
+        let parts = self.parts(&scene.triangles[reference.triangle as usize], first, last);
+        let overlap = Vec3::splat(scene.overlap as f32);
+        for (all, Aabb { min, max }) in self.boxes[first..=last].iter_mut().zip(&parts[first..=last]) {
+            let part = Aabb { min: min - overlap, max: max + overlap }.intersection(&reference.bounds);
+            if !part.is_empty() {
+                *all = all.union(&part);
+            }
+        }
+    }
+
+    /// Boxes around the parts of `triangle` in the slabs `first` to `last`, of which these two include all that is beyond them.
+    fn parts(&self, triangle: &Triangle, first: usize, last: usize) -> [Aabb; SLABS] {
+        let mut parts = [Aabb::EMPTY; SLABS];
+        let mut add = |slab: usize, point: Vec3| {
+            let Aabb { min, max } = parts[slab];
+            parts[slab] = Aabb { min: min.min(point), max: max.max(point) };
+        };
+        let Triangle { a, b, c } = *triangle;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (low, high) = if from[self.axis] <= to[self.axis] { (from, to) } else { (to, from) };
+            let [low_slab, high_slab] = [low, high].map(|corner| self.slab_of(corner[self.axis]).clamp(first, last));
+            add(low_slab, low);
+            add(high_slab, high);
+            let slope = (high - low) / (high[self.axis] - low[self.axis]);
+            for slab in low_slab..high_slab {
+                let position = self.plane(slab + 1);
+                let mut cut = low + slope * (position - low[self.axis]);
+                cut[self.axis] = position;
+                add(slab, cut);
+                add(slab + 1, cut);
+            }
+        }
+        parts
     }
 
     /// The cheapest plane between slabs with references on both sides, of all `count` together, that cuts at most `spare`.
