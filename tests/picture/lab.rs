@@ -23,7 +23,7 @@ use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::view::Place;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
 

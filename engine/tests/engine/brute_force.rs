@@ -139,7 +139,6 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         BuilderKind::Hploc,
         BuilderKind::BinnedSah,
         BuilderKind::Sweep,
-        BuilderKind::Sbvh,
         BuilderKind::None,
     ];
     let forms = [(NodeForm::Full, 60), (NodeForm::Compact, 52)];

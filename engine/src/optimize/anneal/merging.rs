@@ -125,7 +125,8 @@ mod tests {
             let tree = tree(boxes);
             let mut free = FreeTree::new(&tree, false, &token)?;
             let before = free.cost();
-            let mut references = References::new(&free, &tree.primitive_indices, &[0, 1, 1, 2], &token)?;
+            let mut references =
+                References::new(&free, &tree.primitive_indices, |index| [0, 1, 1, 2][index as usize], &token)?;
             assert_eq!(references.0, [vec![4, 5]]);
             merging_round(&mut free, &mut references, &token)?;
             let after = free.to_tree(&tree.primitive_indices, &token)?;
