@@ -26,8 +26,8 @@ use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
-    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, CancelToken, Cancelled, Pass, Passes, Ray, Triangle,
-    WideBvh,
+    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, BuilderKind, CancelToken, Cancelled, Pass, Passes, Ray,
+    Triangle, WideBvh,
 };
 
 use crate::budget::Budget;
@@ -56,6 +56,9 @@ const OPTIMIZE_BYTES_PER_TRIANGLE: u64 = 100;
 /// Additional peak of splitting: 1.1 references per triangle of 40 bytes each, held twice while they are joined into one list,
 /// and a larger tree.
 const SPLIT_BYTES_PER_TRIANGLE: u64 = 120;
+/// Additional peak of spatial splits: room for twice as many references of 28 bytes and pairs of nodes of 64, and a tree of up to twice
+/// as many leaves with what is derived from it.
+const SBVH_BYTES_PER_TRIANGLE: u64 = 260;
 /// Additional peak of annealing, which takes 1.1 times two nodes of 64 bytes a triangle: with splitting and the other passes, 376
 /// bytes per triangle were measured in all.
 const ANNEAL_BYTES_PER_TRIANGLE: u64 = 80;
@@ -70,6 +73,7 @@ pub fn peak_bytes_per_triangle(settings: &BuildSettings) -> u64 {
     let of_pass = |is_wanted: bool, bytes: u64| if is_wanted { bytes } else { 0 };
     build_bytes_per_triangle(settings.tree_container())
         + of_pass(passes.contains(Pass::Orient), ORIENT_BYTES_PER_TRIANGLE)
+        + of_pass(settings.builder == BuilderKind::Sbvh, SBVH_BYTES_PER_TRIANGLE)
         + of_pass(passes.contains(Pass::Split), SPLIT_BYTES_PER_TRIANGLE)
         + of_pass(passes.without(Pass::Split).without(Pass::Orient) != Passes::NONE, OPTIMIZE_BYTES_PER_TRIANGLE)
         + of_pass(passes.contains(Pass::Anneal), ANNEAL_BYTES_PER_TRIANGLE)
@@ -80,6 +84,9 @@ fn refusal_of_copies(settings: &BuildSettings) -> Option<String> {
     let passes = settings.passes();
     let needing_triangles = [Pass::Split, Pass::Orient].into_iter().find(|pass| passes.contains(*pass));
     let reason = match (settings.container, needing_triangles) {
+        (ContainerKind::Aabb, None) if settings.builder.needs_triangles() => {
+            format!("the builder '{}' works on triangles, not on copies", settings.builder.name())
+        }
         (ContainerKind::Aabb, None) => return None,
         (ContainerKind::Aabb, Some(pass)) => format!("the pass '{}' works on triangles, not on copies", pass.name()),
         (container, _) => format!("copies have boxes, not {}", container.plural()),

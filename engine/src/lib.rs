@@ -36,7 +36,7 @@
 //! | `aac` | approximate agglomerative clustering, by the figures of the paper | other builders | |
 //! | [`build_cache`] | what a build reuses of the one before | | [`build_cache::BuildCache`] |
 //! | `optimize` | passes over a finished tree: collapse, restructure, reinsert, anneal, orient | which builder made it | [`fn@orient`] |
-//! | [`builders`] | one entry for every builder; LBVH, PLOC, binned and sweep SAH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
+//! | [`builders`] | one entry for every builder; LBVH, PLOC, H-PLOC, binned and sweep SAH, SBVH, exact clustering; triangle splitting | rays | [`builders::build_binary`] |
 //! | [`construction`] | a build as the record of its merges: standing clusters, cuts, why each pair was merged | rays | [`construction::Construction`] |
 //! | [`query`] | all hits of a ray, the nearest point of a mesh, inside or outside | builders, the wide tree | [`query::closest_point`] |
 //! | [`wide`] | the tree with eight children per node: collapse and SIMD traversal | builders | [`wide::AnyWideTree`] |

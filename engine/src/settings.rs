@@ -17,8 +17,13 @@ pub enum BuilderKind {
     BinnedSah,
     /// Top-down splits by the surface area heuristic, each the best of all along the three axes (Wald, 2007). Not with spheres.
     Sweep,
+    /// Top-down splits by the surface area heuristic, of the list of triangles as by [`BuilderKind::Sweep`] or of space by a plane: then
+    /// several leaves can refer to the same triangle (Stich et al., 2009: spatial splits in bounding volume hierarchies). Boxes only.
+    Sbvh,
     /// Parallel locally-ordered clustering: merges mutual nearest neighbours along the curve, round by round (Meister and Bittner, 2018).
     Ploc,
+    /// Hierarchical PLOC: the same on short lists, those of the nodes of an LBVH (Benthin et al., 2024).
+    Hploc,
     /// Exact agglomerative clustering (Walter et al., 2008): always merges the globally closest pair. Small scenes only.
     Exact,
     /// No hierarchy: one leaf, so that every ray tests every triangle.
@@ -27,8 +32,18 @@ pub enum BuilderKind {
 
 impl BuilderKind {
     /// Every builder, in the order in which menus list them.
-    pub const ALL: [Self; 8] =
-        [Self::Aac, Self::Swift, Self::Lbvh, Self::Ploc, Self::BinnedSah, Self::Sweep, Self::Exact, Self::None];
+    pub const ALL: [Self; 10] = [
+        Self::Aac,
+        Self::Swift,
+        Self::Lbvh,
+        Self::Ploc,
+        Self::Hploc,
+        Self::BinnedSah,
+        Self::Sweep,
+        Self::Sbvh,
+        Self::Exact,
+        Self::None,
+    ];
 
     /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -37,8 +52,10 @@ impl BuilderKind {
             Self::Swift => "swift",
             Self::Lbvh => "lbvh",
             Self::Ploc => "ploc",
+            Self::Hploc => "hploc",
             Self::BinnedSah => "binned-sah",
             Self::Sweep => "sweep",
+            Self::Sbvh => "sbvh",
             Self::Exact => "exact",
             Self::None => "none",
         }
@@ -51,7 +68,12 @@ impl BuilderKind {
 
     /// True if it sorts primitives along the curve of [`BuildSettings`].
     pub const fn sorts_along_curve(self) -> bool {
-        matches!(self, Self::Aac | Self::Swift | Self::Lbvh | Self::Ploc)
+        matches!(self, Self::Aac | Self::Swift | Self::Lbvh | Self::Ploc | Self::Hploc)
+    }
+
+    /// True if it works on triangles themselves, which it cuts, not only on their containers.
+    pub const fn needs_triangles(self) -> bool {
+        matches!(self, Self::Sbvh)
     }
 
     /// The name in the window.
@@ -61,8 +83,10 @@ impl BuilderKind {
             Self::Swift => "AAC of leaf blocks",
             Self::Lbvh => "LBVH (Morton)",
             Self::Ploc => "PLOC",
+            Self::Hploc => "H-PLOC",
             Self::BinnedSah => "Binned SAH",
             Self::Sweep => "Sweep SAH",
+            Self::Sbvh => "SBVH",
             Self::Exact => "Exact agglomerative",
             Self::None => "No BVH",
         }
@@ -111,7 +135,7 @@ impl Curve {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Pass {
     /// Before the build, splits the boxes of large triangles (Ernst and Greiner, 2007; Karras and Aila, 2013), so that several
-    /// leaves can refer to the same triangle. Boxes only; not with the builders Exact and None.
+    /// leaves can refer to the same triangle. Boxes only; not with the builders SBVH, which splits them itself, Exact and None.
     Split,
     /// Collapses subtrees into leaves where that lowers the SAH cost (Goldsmith and Salmon, 1987).
     Collapse,
@@ -238,7 +262,7 @@ pub struct BuildSettings {
     /// The exponent ε of the reduction function f(x) = ½·δ^(½+ε)·x^(½−ε). 0 to 0.5; a lower ε leaves more clusters, for a better
     /// tree and a slower build. AAC and Swift only.
     pub epsilon: f32,
-    /// The curve along which primitives are sorted. AAC, Swift, LBVH and PLOC only.
+    /// The curve along which primitives are sorted. AAC, Swift, LBVH, PLOC and H-PLOC only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub curve: Curve,
     /// The passes wanted; those that run are [`BuildSettings::passes`].
@@ -395,6 +419,9 @@ impl BuildSettings {
             _ if self.container == ContainerKind::Oriented => {
                 Some(format!("no builder makes oriented boxes: choose boxes and the pass '{}'", Pass::Orient.name()))
             }
+            BuilderKind::Sbvh if self.container != ContainerKind::Aabb => {
+                Some(format!("the SBVH builder makes no {}: choose boxes", self.container.plural()))
+            }
             BuilderKind::Exact if primitive_count > Self::MAX_EXACT_PRIMITIVES => Some(format!(
                 "exact clustering takes quadratic time: it builds at most {} triangles, this scene has {primitive_count}",
                 Self::MAX_EXACT_PRIMITIVES
@@ -421,7 +448,7 @@ impl BuildSettings {
 
     /// The passes that run: those in `optimize` that support the container and the builder.
     pub fn passes(&self) -> Passes {
-        let splits = !matches!(self.builder, BuilderKind::Exact | BuilderKind::None);
+        let splits = !matches!(self.builder, BuilderKind::Sbvh | BuilderKind::Exact | BuilderKind::None);
         let runs = |pass: &Pass| {
             (self.container == ContainerKind::Aabb || !pass.boxes_only()) && (splits || *pass != Pass::Split)
         };

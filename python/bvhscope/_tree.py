@@ -110,7 +110,7 @@ def build(
     container : str
         "box", "sphere", "dop" (polytopes of 14 planes) or "oriented" (boxes, each turned to fit).
     builder : str, optional
-        "aac", "swift", "lbvh", "ploc", "binned-sah", "sweep", "exact" or "none", instead of the preset's.
+        "aac", "swift", "lbvh", "ploc", "hploc", "binned-sah", "sweep", "sbvh", "exact" or "none", instead of the preset's.
     threshold : int, optional
         Traversal stopping threshold of AAC, 2 to 64: higher ones give better trees and slower builds.
     epsilon : float, optional

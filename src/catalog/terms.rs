@@ -20,7 +20,7 @@ impl Term {
 }
 
 /// The terms of trees, in the order of the glossary: the tree, its numbers, how it is built, improved and traced.
-pub const TERMS: [&Term; 40] = [
+pub const TERMS: [&Term; 42] = [
     &BVH,
     &NODE,
     &LEAF,
@@ -47,7 +47,9 @@ pub const TERMS: [&Term; 40] = [
     &LBVH,
     &BINNED_SAH,
     &SWEEP_SAH,
+    &SBVH,
     &PLOC,
+    &HPLOC,
     &EXACT_AGGLOMERATIVE,
     &PRESPLIT,
     &RESTRUCTURE,
@@ -213,12 +215,27 @@ pub const SWEEP_SAH: Term = Term {
            SAH. Makes trees of boxes and of 14-DOPs.",
     source: "Wald 2007",
 };
+/// SBVH.
+pub const SBVH: Term = Term {
+    name: "SBVH",
+    text: "Spatial splits: a node is divided by its list of triangles, as by sweep SAH, or by a plane that cuts triangles, whichever costs \
+           less. Several leaves can then hold one triangle, each within a smaller box; there are at most twice as many references as \
+           triangles.",
+    source: "Stich et al. 2009",
+};
 /// PLOC.
 pub const PLOC: Term = Term {
     name: "PLOC",
     text: "Parallel locally-ordered clustering. In each round all clusters that are each other's nearest among 8 neighbours on both sides \
            along the curve merge. The nearest relative of AAC.",
     source: "Meister and Bittner 2018",
+};
+/// H-PLOC.
+pub const HPLOC: Term = Term {
+    name: "H-PLOC",
+    text: "Hierarchical PLOC: bottom-up along the nodes of an LBVH, each merges the at most 32 clusters of its children by rounds of PLOC \
+           until 16 are left.",
+    source: "Benthin et al. 2024",
 };
 /// Exact agglomerative.
 pub const EXACT_AGGLOMERATIVE: Term = Term {

@@ -36,8 +36,10 @@ fn a_build_stays_within_its_memory_estimate() {
         BuilderKind::Swift,
         BuilderKind::Lbvh,
         BuilderKind::Ploc,
+        BuilderKind::Hploc,
         BuilderKind::BinnedSah,
         BuilderKind::Sweep,
+        BuilderKind::Sbvh,
     ];
     let plain = ContainerKind::ALL
         .into_iter()

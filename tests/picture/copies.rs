@@ -10,7 +10,7 @@ use bvhscope::render::{NormalSource, RayKind, RenderRequest, RenderSettings, Sha
 use bvhscope::scene::{Instancing, LoadOptions, SceneCopies, SceneSource, load};
 use bvhscope::view::NamedView;
 use bvhscope_engine::geometry::Ray;
-use bvhscope_engine::settings::{BuildSettings, Pass};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass};
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
 use bvhscope_engine::{BuildError, CancelToken, ContainerKind, SimdLevel};
 use glam::Vec3;
@@ -180,6 +180,8 @@ fn settings_that_need_triangles_are_refused_by_name() {
     let mut split = BuildSettings::default();
     split.optimize = split.optimize.with(Pass::Split);
     assert!(refused(split).contains("'split'"), "{}", refused(split));
+    let sbvh = BuildSettings { builder: BuilderKind::Sbvh, ..BuildSettings::default() };
+    assert!(refused(sbvh).contains("'sbvh' works on triangles"), "{}", refused(sbvh));
 }
 
 #[test]

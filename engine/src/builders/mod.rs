@@ -9,6 +9,11 @@ mod none;
 mod ploc;
 mod sweep;
 
+mod hploc;
+
+mod clip;
+mod sbvh;
+
 pub mod depth_limit;
 mod error;
 mod flatten;
@@ -96,7 +101,7 @@ pub(crate) fn build_tree<C: ClusterContainer>(
 ///
 /// # Errors
 ///
-/// [`BuildError::Cancelled`] once `token` is cancelled; [`BuildError::Refused`] for passes that need triangles, and as
+/// [`BuildError::Cancelled`] once `token` is cancelled; [`BuildError::Refused`] for passes and builders that need triangles, and as
 /// [`build_binary`].
 pub(crate) fn build_over_items(
     items: &Items,
@@ -106,6 +111,10 @@ pub(crate) fn build_over_items(
 ) -> Result<(AnyTree, StageTimes), BuildError> {
     if let Some(pass) = [Pass::Split, Pass::Orient].into_iter().find(|pass| settings.optimize.contains(*pass)) {
         return Err(BuildError::Refused(format!("the pass '{}' needs triangles: build items without it", pass.name())));
+    }
+    if settings.builder.needs_triangles() {
+        let name = settings.builder.name();
+        return Err(BuildError::Refused(format!("the builder '{name}' needs triangles: build items by another")));
     }
     let mut times = StageTimes::default();
     let tree = match items {
@@ -179,28 +188,20 @@ fn build_kind<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     token.check()?;
-    let (triangles, bounds) = (&*input.triangles, &input.bounds);
     let anneals = settings.passes().contains(Pass::Anneal);
     // Beside annealing, nothing else takes long.
     let building = if anneals { token.part(0, ANNEALING_PARTS) } else { token.clone() };
-    let mut tree = match settings.builder {
-        BuilderKind::Aac | BuilderKind::Swift => {
-            build_bvh(triangles, items, bounds, settings, cache.as_deref_mut(), &building, times)
-        }
-        BuilderKind::Lbvh => lbvh::build(triangles, bounds, settings.curve, &building, times),
-        BuilderKind::Ploc => ploc::build(triangles, bounds, settings.curve, &building, times),
-        BuilderKind::BinnedSah => binned_sah::build(triangles, &building, times),
-        BuilderKind::Sweep => sweep::build(triangles, &building, times),
-        BuilderKind::Exact => exact::build(triangles, &building, times),
-        BuilderKind::None => none::build(triangles, &building, times),
-    }?;
+    let mut tree = build_plain(input, items, settings, cache.as_deref_mut(), &building, times)?;
     if let Some(items) = items
         && !settings.builder.is_aac()
     {
         scale::refit(&mut tree, |index| items[index as usize], token)?;
     }
-    let mut tree = optimize(tree, settings, input.sources(), token, times)?;
-    let clusters = settings.builder.is_aac() || matches!(settings.builder, BuilderKind::Ploc | BuilderKind::Exact);
+    let source = |primitive| input.source_index(primitive);
+    let is_split = input.sources().is_some() || tree.primitive_indices.len() > input.triangles.len();
+    let mut tree = optimize(tree, settings, is_split.then_some(&source), token, times)?;
+    let clusters = settings.builder.is_aac()
+        || matches!(settings.builder, BuilderKind::Ploc | BuilderKind::Hploc | BuilderKind::Exact);
     let may_degenerate = anneals || clusters;
     let limited = may_degenerate && limit_depth(&mut tree, token)?;
     if let Some(cache) = cache
@@ -213,6 +214,35 @@ fn build_kind<C: ClusterContainer>(
         *cost = f64::from(stats_of(&tree, token)?.sah_cost);
     }
     Ok(tree)
+}
+
+/// Builds with the chosen builder.
+fn build_plain<C: ClusterContainer>(
+    input: &PreparedInput,
+    items: Option<&[C]>,
+    settings: &BuildSettings,
+    cache: Option<&mut BuildCache>,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    let (triangles, bounds, curve) = (&*input.triangles, &input.bounds, settings.curve);
+    match settings.builder {
+        BuilderKind::Aac | BuilderKind::Swift => build_bvh(triangles, items, bounds, settings, cache, token, times),
+        BuilderKind::Lbvh => lbvh::build(triangles, bounds, curve, token, times),
+        BuilderKind::Ploc => ploc::build(triangles, bounds, curve, token, times),
+        BuilderKind::Hploc => hploc::build(triangles, bounds, curve, token, times),
+        BuilderKind::BinnedSah => binned_sah::build(triangles, token, times),
+        BuilderKind::Sweep => sweep::build(triangles, token, times),
+        BuilderKind::Sbvh => {
+            let mut tree = Tree::EMPTY;
+            let boxes = C::boxes_of(&mut tree).unwrap_or_else(|| unreachable!("other containers are refused"));
+            // Leaves of scaled triangles are refitted to whole ones.
+            *boxes = sbvh::build(triangles, input.is_unchanged(), token, times)?;
+            Ok(tree)
+        }
+        BuilderKind::Exact => exact::build(triangles, token, times),
+        BuilderKind::None => none::build(triangles, token, times),
+    }
 }
 
 #[cfg(test)]

@@ -86,7 +86,8 @@ struct BatchCounts {
 impl Round {
     fn new<C: ClusterContainer>(clusters: &[Node<C>], written: usize, token: &CancelToken) -> Result<Self, Cancelled> {
         let count = clusters.len();
-        let nearest = par_collect_in_chunks(count, MEDIUM_STEPS, token, |at| nearest(clusters, at))?;
+        let container = |at: usize| &clusters[at].container;
+        let nearest = par_collect_in_chunks(count, MEDIUM_STEPS, token, |at| nearest(count, container, at))?;
         let mutual = |at: usize| if nearest[nearest[at] as usize] == at as u32 { nearest[at] } else { at as u32 };
         let round = Self::with_partners(par_collect(count, token, mutual)?, written, token)?;
         if round.merges >= count.div_ceil(MIN_MERGED) {
@@ -150,15 +151,15 @@ impl Round {
     }
 }
 
-/// Position of the nearest neighbour of the cluster at `at`, of two at least. Pairs at the same distance are ordered by the exclusive or
-/// of their positions, which is the same from both sides: so the closest pair of all is always merged, and of equal clusters every second
-/// one with the next.
-fn nearest<C: ClusterContainer>(clusters: &[Node<C>], at: usize) -> u32 {
-    let own = &clusters[at].container;
-    let (first, last) = (at.saturating_sub(RADIUS), (at + RADIUS).min(clusters.len() - 1));
+/// Position of the nearest neighbour of the cluster at `at`, of `count`, of two at least, with these containers. Pairs at the same
+/// distance are ordered by the exclusive or of their positions, which is the same from both sides: so the closest pair of all is always
+/// merged, and of equal clusters every second one with the next.
+pub fn nearest<'a, C: ClusterContainer>(count: usize, container: impl Fn(usize) -> &'a C, at: usize) -> u32 {
+    let own = container(at);
+    let (first, last) = (at.saturating_sub(RADIUS), (at + RADIUS).min(count - 1));
     // Unions of spheres depend on their order: the earlier one comes first, from both sides.
-    let before = (first..at).map(|other| (clusters[other].container.union(own), other));
-    let after = (at + 1..=last).map(|other| (own.union(&clusters[other].container), other));
+    let before = (first..at).map(|other| (container(other).union(own), other));
+    let after = (at + 1..=last).map(|other| (own.union(container(other)), other));
     let keys = before.chain(after).map(|(union, other)| {
         // Bits of areas, which are not negative, are in the order of the areas.
         (union.relative_area().to_bits(), (at ^ other) as u32)

@@ -5,6 +5,7 @@
 //! larger than the triangle needs and cross a high-level plane of the scene's grid. Builders take the proxies for
 //! triangles; several leaves can then hold the same triangle.
 
+use crate::builders::clip::{halves, overlap_within};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::par_tasks;
@@ -15,9 +16,6 @@ const MAX_EXTRA: f64 = 0.1;
 const MAX_PROXIES: u32 = 64;
 /// Bits of the grid along each axis.
 const GRID_BITS: u32 = 20;
-/// Distance by which a proxy extends beyond the plane that it was split at, relative to the largest coordinate, so that
-/// rays near the plane cannot pass between both sides.
-const OVERLAP: f64 = 4.0 * f32::EPSILON as f64;
 /// Number of triangles in a task; poll for cancellation before each.
 const BATCH_TRIANGLES: usize = 1 << 12;
 
@@ -105,11 +103,10 @@ struct Plane {
 impl Grid {
     fn new(bounds: &Aabb) -> Self {
         let extent = f64::from(bounds.extent().max_element());
-        let largest = f64::from(bounds.min.abs().max(bounds.max.abs()).max_element());
         Self {
             origin: bounds.min.as_dvec3().to_array(),
             scale: if extent > 0.0 { f64::from(1_u32 << GRID_BITS) / extent } else { 0.0 },
-            overlap: largest * OVERLAP,
+            overlap: overlap_within(bounds),
         }
     }
 
@@ -169,31 +166,7 @@ impl Grid {
     /// Boxes of the pieces of `triangle` within `bounds` on both sides of its split plane.
     fn halves(&self, triangle: &Triangle, bounds: &Aabb) -> Option<[Aabb; 2]> {
         let Plane { axis, position, .. } = self.plane(bounds)?;
-        let corners = [triangle.a, triangle.b, triangle.c].map(glam::Vec3::as_dvec3);
-        // Rounding errors are covered by the outward padding below.
-        let mut sides = [[glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY]; 2];
-        let mut add = |side: usize, point: glam::DVec3| {
-            sides[side] = [sides[side][0].min(point), sides[side][1].max(point)];
-        };
-        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
-            let (from, to) = (corners[from], corners[to]);
-            if from[axis] <= position {
-                add(0, from);
-            }
-            if from[axis] >= position {
-                add(1, from);
-            }
-            if (from[axis] - position) * (to[axis] - position) < 0.0 {
-                let mut cut = from + (to - from) * ((position - from[axis]) / (to[axis] - from[axis]));
-                cut[axis] = position;
-                add(0, cut);
-                add(1, cut);
-            }
-        }
-        let halves = sides.map(|[min, max]| {
-            let outer = Aabb { min: (min - self.overlap).as_vec3(), max: (max + self.overlap).as_vec3() };
-            outer.intersection(bounds)
-        });
+        let halves = halves(triangle, bounds, axis, position, self.overlap);
         // A split is useless if a side is empty or as large as the whole.
         let useful = |half: &Aabb| !half.is_empty() && half != bounds;
         halves.iter().all(useful).then_some(halves)

@@ -51,18 +51,20 @@ impl Range<'_> {
 
 /// A split of a range: its first `left` primitives along `axis` from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Split {
+pub struct Split {
     /// Areas times numbers of primitives, summed over both sides. Exact where areas are equal, so that ties are found.
-    cost: f64,
-    axis: usize,
-    left: usize,
+    pub cost: f64,
+    /// The axis of the order.
+    pub axis: usize,
+    /// Number of primitives on the first side.
+    pub left: usize,
     /// Difference between the numbers of primitives of both sides.
-    imbalance: usize,
+    pub imbalance: usize,
 }
 
 impl Split {
     /// Of two equally expensive splits the more even one is better: equal primitives make a balanced tree, not a list.
-    fn is_better_than(&self, other: &Self) -> bool {
+    pub fn is_better_than(&self, other: &Self) -> bool {
         self.cost < other.cost || self.cost == other.cost && self.imbalance < other.imbalance
     }
 }
@@ -110,15 +112,16 @@ pub fn build<C: ClusterContainer>(
 
 /// Indices of the primitives in the order of their centres along `axis`, of equal ones by index.
 fn sorted_along(axis: usize, centres: &[Vec3], token: &CancelToken) -> Result<Vec<u32>, Cancelled> {
-    let key = |index: usize| {
-        let bits = centres[index][axis].to_bits();
-        // Bits of floats in the order of the numbers: the sign inverted, of negative ones all.
-        let ordered = bits ^ ((bits as i32 >> 31) as u32 | 1 << 31);
-        u64::from(ordered) << 32 | index as u64
-    };
+    let key = |index: usize| u64::from(ordered_bits(centres[index][axis])) << 32 | index as u64;
     let mut keys = par_collect(centres.len(), token, key)?;
     radix_sort(&mut keys, u64::BITS, token)?;
     par_collect(keys.len(), token, |position| keys[position] as u32)
+}
+
+/// Bits in the order of the numbers: the sign inverted, of negative ones all.
+pub const fn ordered_bits(number: f32) -> u32 {
+    let bits = number.to_bits();
+    bits ^ ((bits as i32 >> 31) as u32 | 1 << 31)
 }
 
 /// Builds the node over `range`, whose lists begin at `offset` in the whole ones.

@@ -54,8 +54,8 @@ impl ItemBvh {
     /// # Errors
     ///
     /// [`BuildError::Cancelled`] once `token` is cancelled. [`BuildError::Refused`] for a container that is empty or not finite, for the
-    /// passes [`Split`](crate::Pass::Split) and [`Orient`](crate::Pass::Orient), which need triangles, and for settings that cannot build
-    /// so many items, see [`BuildSettings::refusal`].
+    /// passes [`Split`](crate::Pass::Split) and [`Orient`](crate::Pass::Orient) and the builder [`Sbvh`](crate::BuilderKind::Sbvh), which
+    /// need triangles, and for settings that cannot build so many items, see [`BuildSettings::refusal`].
     pub fn build<'a>(
         items: impl Into<Items<'a>>,
         settings: &BuildSettings,

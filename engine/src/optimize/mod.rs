@@ -41,14 +41,14 @@ pub fn write_in_order<C: ClusterContainer>(tree: &mut Tree<C>, token: &CancelTok
 }
 
 /// Runs those of the passes of `settings` that apply to finished trees, in the order of [`Pass::ALL`], except that trees to anneal
-/// are collapsed at the end: subtrees can be moved only while they are there. `sources` are the triangles that primitives are
-/// parts of, where some are split; annealing can leave parts out. Adds a stage and a cost for each pass, and a stage "layout"
+/// are collapsed at the end: subtrees can be moved only while they are there. `source` is the triangle that a primitive is a
+/// part of, where some are split; annealing can leave parts out. Adds a stage and a cost for each pass, and a stage "layout"
 /// for writing the nodes in order. Passes for boxes leave trees of other containers unchanged. The result is the same for any number of
 /// threads.
 pub fn optimize<C: ClusterContainer>(
     mut tree: Tree<C>,
     settings: &BuildSettings,
-    sources: Option<&[u32]>,
+    source: Option<&dyn Fn(u32) -> u32>,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
@@ -83,7 +83,7 @@ pub fn optimize<C: ClusterContainer>(
             finish_pass(Pass::Reinsert, cost)?;
         }
         if passes.contains(Pass::Anneal) {
-            (cost, times.annealing) = anneal(box_tree, sources, settings.rounds, collapses, token)?;
+            (cost, times.annealing) = anneal(box_tree, source, settings.rounds, collapses, token)?;
             finish_pass(Pass::Anneal, cost)?;
         }
     }

@@ -9,7 +9,7 @@ use crate::builders::{BuildError, build_binary};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::optimize::{Effort, NodeBounds as _, reinsert, write_in_order};
-use crate::settings::{BuildSettings, Pass};
+use crate::settings::{BuildSettings, BuilderKind, Pass};
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST, tree_stats};
 use crate::tree::{AnyTree, Container as _, Node, Tree, with_built_tree};
 
@@ -24,8 +24,8 @@ const EFFORT: Effort = Effort { max_rounds: 40, min_gain: 1e-4, primitives_per_c
 /// fitted to the first pose, and is fitted to any other by [`refit()`](super::refit()).
 ///
 /// 4, 8 and 16 poses, at equal distances in time, have equal weights. Of more, 16 are taken. While a tree is optimised, each node has a
-/// box for each pose: 24 bytes times poses. [`Pass::Split`] is left out: parts of triangles do not move with them. The same tree for any
-/// number of threads.
+/// box for each pose: 24 bytes times poses. [`Pass::Split`] is left out, and [`BuilderKind::Sweep`] takes the place of [`BuilderKind::Sbvh`]:
+/// parts of triangles do not move with them. The same tree for any number of threads.
 ///
 /// # Errors
 ///
@@ -41,8 +41,9 @@ pub fn build_for_poses<P: AsRef<[Triangle]>>(
 ) -> Result<AnyTree, BuildError> {
     let count = poses.len().min(MAX_POSES);
     let poses: Vec<&[Triangle]> = (0..count).map(|pose| poses[pose * poses.len() / count].as_ref()).collect();
-    let settings =
-        BuildSettings { optimize: settings.optimize.without(Pass::Split).without(Pass::Orient), ..*settings };
+    let builder = if settings.builder == BuilderKind::Sbvh { BuilderKind::Sweep } else { settings.builder };
+    let passes = settings.optimize.without(Pass::Split).without(Pass::Orient);
+    let settings = BuildSettings { builder, optimize: passes, ..*settings };
     let Some(&first) = poses.first() else { return Ok(build_binary(&[], &settings, token)?.0) };
     assert!(poses.iter().all(|pose| pose.len() == first.len()), "poses of different models");
     let mut best: Option<(f64, AnyTree)> = None;

@@ -136,6 +136,7 @@ fn a_wide_tree_holds_every_triangle_once_within_its_bytes() {
         BuilderKind::Aac,
         BuilderKind::Swift,
         BuilderKind::Ploc,
+        BuilderKind::Hploc,
         BuilderKind::BinnedSah,
         BuilderKind::Sweep,
         BuilderKind::None,

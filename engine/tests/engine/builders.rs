@@ -12,8 +12,15 @@ use glam::Vec3;
 use crate::trees;
 
 /// Builders that divide their work among threads.
-const FORKING: [BuilderKind; 5] =
-    [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::BinnedSah, BuilderKind::Sweep];
+const FORKING: [BuilderKind; 7] = [
+    BuilderKind::Aac,
+    BuilderKind::Lbvh,
+    BuilderKind::Ploc,
+    BuilderKind::Hploc,
+    BuilderKind::BinnedSah,
+    BuilderKind::Sweep,
+    BuilderKind::Sbvh,
+];
 
 /// A fixed sequence of numbers between -1 and 1.
 fn numbers() -> impl FnMut() -> f32 {
@@ -46,7 +53,7 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
         for preset in [Preset::Hq, Preset::AacFast, Preset::AacHq] {
             all.push(BuildSettings { rounds: 6, ..BuildSettings::preset(preset, container) });
         }
-        for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::Ploc]
+        for (builder, curve) in [BuilderKind::Aac, BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::Hploc]
             .into_iter()
             .flat_map(|b| [Curve::Hilbert, Curve::Extended].map(|c| (b, c)))
         {
@@ -60,12 +67,14 @@ fn all_settings(count: usize) -> Vec<BuildSettings> {
     all
 }
 
-/// Fails where `tree` is not a binary hierarchy over `triangles`.
-fn check<C: Container>(tree: &Tree<C>, triangles: &[Triangle], name: &str) {
+/// Fails where `tree` is not a binary hierarchy over `triangles`. `splits` if several leaves may hold one, each for its part.
+fn check<C: Container>(tree: &Tree<C>, triangles: &[Triangle], splits: bool, name: &str) {
     let mut seen = vec![false; triangles.len()];
     for &primitive in &tree.primitive_indices {
-        assert!(!std::mem::replace(&mut seen[primitive as usize], true), "{name}: primitive {primitive} twice");
+        let again = std::mem::replace(&mut seen[primitive as usize], true);
+        assert!(splits || !again, "{name}: primitive {primitive} twice");
     }
+    let mut missing: Vec<u8> = vec![if splits { 0b111 } else { 0 }; triangles.len()];
     assert!(seen.iter().all(|&seen| seen), "{name}: a primitive is missing");
     let mut reached = vec![false; tree.nodes.len()];
     let mut next_primitive = 0;
@@ -83,8 +92,10 @@ fn check<C: Container>(tree: &Tree<C>, triangles: &[Triangle], name: &str) {
             next_primitive += node.count;
             for &primitive in &tree.primitive_indices[node.first as usize..(node.first + node.count) as usize] {
                 let triangle = triangles[primitive as usize];
-                for corner in [triangle.a, triangle.b, triangle.c] {
-                    assert!(node.container.contains_point(corner, slack), "{name}: {corner} outside {node:?}");
+                for (at, corner) in [triangle.a, triangle.b, triangle.c].into_iter().enumerate() {
+                    let holds = node.container.contains_point(corner, slack);
+                    assert!(splits || holds, "{name}: {corner} outside {node:?}");
+                    missing[primitive as usize] &= !(u8::from(holds) << at);
                 }
             }
         } else {
@@ -97,6 +108,7 @@ fn check<C: Container>(tree: &Tree<C>, triangles: &[Triangle], name: &str) {
             }
         }
     }
+    assert_eq!(missing.iter().position(|&corners| corners != 0), None, "{name}: a corner is in no leaf");
     assert!(reached.iter().all(|&reached| reached), "{name}: a node hangs loose");
     assert_eq!(tree.depths(&CancelToken::new()).unwrap().into_iter().max(), Some(tree.max_depth), "{name}: depth");
 }
@@ -108,11 +120,13 @@ fn check_all(triangles: &[Triangle], what: &str) {
             build_binary(triangles, &settings, &CancelToken::new()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(tree.container_kind(), settings.container);
         assert!(!times.stages.is_empty(), "{name}: no times");
-        with_tree!(&tree, tree => check(tree, triangles, &name));
+        let splits = settings.builder == BuilderKind::Sbvh;
+        with_tree!(&tree, tree => check(tree, triangles, splits, &name));
         let leaves = match settings.builder {
             BuilderKind::None => 1..=1,
             // Up to four primitives in each leaf.
             BuilderKind::Swift => triangles.len().div_ceil(4)..=triangles.len(),
+            BuilderKind::Sbvh => triangles.len()..=2 * triangles.len(),
             _ => triangles.len()..=triangles.len(),
         };
         assert!(leaves.contains(&tree.node_count().div_ceil(2)), "{name}: {} nodes", tree.node_count());
@@ -148,7 +162,8 @@ fn more_than_one_task_gives_whole_trees() {
             let settings = BuildSettings { builder, ..BuildSettings::preset(Preset::Hq, container) };
             if settings.refusal(triangles.len()).is_none() {
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
-                with_tree!(&tree, tree => check(tree, &triangles, builder.name()));
+                let splits = builder == BuilderKind::Sbvh;
+                with_tree!(&tree, tree => check(tree, &triangles, splits, builder.name()));
             }
         }
     }
@@ -201,7 +216,8 @@ fn equal_triangles_do_not_make_a_list() {
             let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
             assert!(tree.max_depth() <= limit, "{settings:?}: depth {} of {limit}", tree.max_depth());
         }
-        for builder in [BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::Sweep] {
+        for builder in [BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::Hploc, BuilderKind::Sweep, BuilderKind::Sbvh]
+        {
             let settings = BuildSettings { builder, container, ..BuildSettings::default() };
             if settings.refusal(triangles.len()).is_none() {
                 let (tree, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
@@ -247,6 +263,9 @@ fn better_settings_make_better_trees() {
     let [sweep, ploc] = [BuilderKind::Sweep, BuilderKind::Ploc].map(|builder| cost_of(builder, Preset::Fast));
     assert!(sweep < sah, "sweep SAH {sweep}, binned SAH {sah}");
     assert!(ploc < 0.9 * lbvh, "PLOC {ploc}, LBVH {lbvh}");
+    let [sbvh, hploc] = [BuilderKind::Sbvh, BuilderKind::Hploc].map(|builder| cost_of(builder, Preset::Fast));
+    assert!(sbvh < sweep, "SBVH {sbvh}, sweep SAH {sweep}");
+    assert!(hploc < 0.9 * lbvh && hploc < 1.1 * ploc, "H-PLOC {hploc}, PLOC {ploc}, LBVH {lbvh}");
     assert!(swift < lbvh, "AAC of leaf blocks {swift}, LBVH {lbvh}");
 }
 

@@ -48,8 +48,16 @@ fn widen_with_threads(triangles: &[Triangle], tree: &AnyTree, threads: usize) ->
 #[test]
 fn trees_do_not_depend_on_the_number_of_threads() {
     let triangles = sheet(120);
-    let others = [BuilderKind::Swift, BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::BinnedSah, BuilderKind::Sweep]
-        .map(|builder| (builder, Curve::Morton));
+    let others = [
+        BuilderKind::Swift,
+        BuilderKind::Lbvh,
+        BuilderKind::Ploc,
+        BuilderKind::Hploc,
+        BuilderKind::BinnedSah,
+        BuilderKind::Sweep,
+        BuilderKind::Sbvh,
+    ]
+    .map(|builder| (builder, Curve::Morton));
     for (builder, curve) in Curve::ALL.into_iter().map(|curve| (BuilderKind::Aac, curve)).chain(others) {
         for container in ContainerKind::ALL {
             let settings = BuildSettings { builder, container, curve, ..BuildSettings::default() };

@@ -18,8 +18,8 @@ fn settings(container: ContainerKind) -> Vec<BuildSettings> {
         let settings = BuildSettings::preset(preset, container);
         BuildSettings { optimize: settings.optimize.without(Pass::Split), ..settings }
     });
-    let builders =
-        BuilderKind::ALL.into_iter().map(|builder| BuildSettings { builder, container, ..BuildSettings::default() });
+    let builders = BuilderKind::ALL.into_iter().filter(|builder| !builder.needs_triangles());
+    let builders = builders.map(|builder| BuildSettings { builder, container, ..BuildSettings::default() });
     presets.chain(builders).filter(|settings| settings.refusal(300).is_none()).collect()
 }
 
@@ -205,6 +205,9 @@ fn items_without_a_container_and_passes_for_triangles_are_refused() {
         let text = refused(build(&[unit], BuildSettings { optimize: default.optimize.with(pass), ..default }));
         assert!(text.contains(pass.name()), "{text}");
     }
+    let sbvh = BuildSettings { builder: BuilderKind::Sbvh, ..BuildSettings::default() };
+    let text = refused(build(&[unit], sbvh));
+    assert!(text.contains("the builder 'sbvh' needs triangles"), "{text}");
     let token = CancelToken::new();
     token.cancel();
     assert_eq!(

@@ -33,6 +33,7 @@ mod ray_events;
 mod reference_builders;
 mod refit;
 mod regret;
+mod spatial_splits;
 mod survival;
 mod tie_breaking;
 #[cfg(feature = "tree-file")]

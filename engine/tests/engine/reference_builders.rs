@@ -4,6 +4,7 @@ use bvhscope_engine::builders::build_binary;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve};
+use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
 use glam::Vec3;
 
@@ -111,42 +112,77 @@ fn the_first_splits_of_a_large_sweep_cost_no_more_than_bins() {
     }
 }
 
-/// Parallel locally-ordered clustering by its text, one cluster after the other: which triangles each merge joins.
-fn plain_ploc(triangles: &[Triangle], order: &[u32]) -> Vec<Vec<u32>> {
+/// Box and sorted triangles of a cluster.
+type PlainCluster = (Aabb, Vec<u32>);
+
+/// A round of parallel locally-ordered clustering by its text, one cluster after the other. Adds the triangles that each merge joins to
+/// `merged`.
+fn plain_round(clusters: &[PlainCluster], merged: &mut Vec<Vec<u32>>) -> Vec<PlainCluster> {
     const RADIUS: usize = 8;
-    let mut clusters: Vec<(Aabb, Vec<u32>)> =
-        order.iter().map(|&index| (triangles[index as usize].bounds(), vec![index])).collect();
+    let nearest = |at: usize| {
+        let near = at.saturating_sub(RADIUS)..=(at + RADIUS).min(clusters.len() - 1);
+        let others = near.filter(|&other| other != at);
+        let distance = |other: usize| clusters[at].0.union(&clusters[other].0).half_area();
+        others.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then((at ^ a).cmp(&(at ^ b)))).unwrap()
+    };
+    let mut next = Vec::new();
+    for at in 0..clusters.len() {
+        let other = nearest(at);
+        if nearest(other) != at {
+            next.push(clusters[at].clone());
+        } else if at < other {
+            let mut list = [&clusters[at].1[..], &clusters[other].1[..]].concat();
+            list.sort_unstable();
+            merged.push(list.clone());
+            next.push((clusters[at].0.union(&clusters[other].0), list));
+        }
+    }
+    next
+}
+
+/// The triangles of each merge of PLOC along the curve of an LBVH.
+fn plain_ploc(triangles: &[Triangle], lbvh: &Tree<Aabb>) -> Vec<Vec<u32>> {
+    let mut clusters: Vec<PlainCluster> =
+        lbvh.primitive_indices.iter().map(|&index| (triangles[index as usize].bounds(), vec![index])).collect();
     let mut merged = Vec::new();
     while clusters.len() > 1 {
-        let nearest = |at: usize| {
-            let near = at.saturating_sub(RADIUS)..=(at + RADIUS).min(clusters.len() - 1);
-            let others = near.filter(|&other| other != at);
-            let distance = |other: usize| clusters[at].0.union(&clusters[other].0).half_area();
-            others.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then((at ^ a).cmp(&(at ^ b)))).unwrap()
-        };
-        let mut next = Vec::new();
-        for at in 0..clusters.len() {
-            let other = nearest(at);
-            if nearest(other) != at {
-                next.push(clusters[at].clone());
-            } else if at < other {
-                let mut list = [&clusters[at].1[..], &clusters[other].1[..]].concat();
-                list.sort_unstable();
-                merged.push(list.clone());
-                next.push((clusters[at].0.union(&clusters[other].0), list));
-            }
-        }
-        clusters = next;
+        clusters = plain_round(&clusters, &mut merged);
     }
-    merged.sort();
     merged
 }
 
-/// The order of the builder along the curve is that of the leaves of an LBVH.
+/// The triangles of each merge of H-PLOC along the nodes of an LBVH: a node above more than 16 triangles leaves 16 clusters or fewer.
+fn plain_hploc(triangles: &[Triangle], lbvh: &Tree<Aabb>) -> Vec<Vec<u32>> {
+    const HALF_WAVE: usize = 16;
+    let mut merged = Vec::new();
+    let mut left_by: Vec<Vec<PlainCluster>> = vec![Vec::new(); lbvh.nodes.len()];
+    for (at, node) in lbvh.nodes.iter().enumerate().rev() {
+        let first = node.first as usize;
+        let mut clusters = if node.is_leaf() {
+            let index = lbvh.primitive_indices[first];
+            vec![(triangles[index as usize].bounds(), vec![index])]
+        } else {
+            [std::mem::take(&mut left_by[first]), std::mem::take(&mut left_by[first + 1])].concat()
+        };
+        assert!(clusters.len() <= 2 * HALF_WAVE, "more than a wave");
+        let below: usize = clusters.iter().map(|cluster| cluster.1.len()).sum();
+        let target = if at == 0 { 1 } else { HALF_WAVE };
+        while (at == 0 || below > HALF_WAVE) && clusters.len() > target {
+            clusters = plain_round(&clusters, &mut merged);
+        }
+        left_by[at] = clusters;
+    }
+    assert_eq!(left_by[0].len(), 1, "one tree");
+    merged
+}
+
+/// The order of the builders along the curve is that of the leaves of an LBVH.
 #[test]
-fn ploc_merges_mutual_nearest_neighbours_within_its_radius() {
+fn ploc_and_hploc_merge_mutual_nearest_neighbours_within_their_radius() {
+    type Plain = fn(&[Triangle], &Tree<Aabb>) -> Vec<Vec<u32>>;
+    let builders: [(BuilderKind, Plain); 2] = [(BuilderKind::Ploc, plain_ploc), (BuilderKind::Hploc, plain_hploc)];
     for curve in Curve::ALL {
-        for (seed, count) in [2, 3, 9, 17, 40, 400, 3000].into_iter().enumerate() {
+        for (seed, count) in [2, 3, 9, 16, 17, 33, 40, 400, 3000].into_iter().enumerate() {
             for triangles in [mixed(count, seed as u64), trees::soup(count, 0.2, seed as u64)] {
                 let tree = |builder| {
                     let settings = BuildSettings { builder, curve, ..BuildSettings::default() };
@@ -156,19 +192,39 @@ fn ploc_merges_mutual_nearest_neighbours_within_its_radius() {
                     };
                     tree
                 };
-                let expected = plain_ploc(&triangles, &tree(BuilderKind::Lbvh).primitive_indices);
-                let ploc = tree(BuilderKind::Ploc);
-                let lists = below(&ploc);
-                let interior = ploc.nodes.iter().zip(&lists).filter(|(node, _)| !node.is_leaf());
-                let mut merged: Vec<Vec<u32>> = interior.map(|(_, list)| list.clone()).collect();
-                merged.sort();
-                assert!(merged == expected, "{count} triangles along {}", curve.name());
+                let lbvh = tree(BuilderKind::Lbvh);
+                for (builder, plain) in builders {
+                    let mut expected = plain(&triangles, &lbvh);
+                    expected.sort();
+                    let built = tree(builder);
+                    let lists = below(&built);
+                    let interior = built.nodes.iter().zip(&lists).filter(|(node, _)| !node.is_leaf());
+                    let mut merged: Vec<Vec<u32>> = interior.map(|(_, list)| list.clone()).collect();
+                    merged.sort();
+                    assert!(merged == expected, "{} of {count} triangles along {}", builder.name(), curve.name());
+                }
             }
         }
     }
 }
 
-/// Number of times that a build polls its token: often in proportion to the work.
+/// More primitives than one task, of any container.
+#[test]
+fn hploc_is_nearly_as_good_as_ploc() {
+    let triangles = mixed(20_000, 5);
+    for container in ContainerKind::ALL {
+        let cost = |builder| {
+            let settings = BuildSettings { builder, container, ..BuildSettings::default() };
+            let tree = build_binary(&triangles, &settings, &CancelToken::new()).unwrap().0;
+            tree_stats(&tree, &CancelToken::new()).unwrap().sah_cost
+        };
+        let [lbvh, ploc, hploc] = [BuilderKind::Lbvh, BuilderKind::Ploc, BuilderKind::Hploc].map(cost);
+        assert!((0.95 * ploc..1.1 * ploc).contains(&hploc), "{}: PLOC {ploc}, H-PLOC {hploc}", container.name());
+        assert!(hploc < 0.9 * lbvh, "{}: LBVH {lbvh}, H-PLOC {hploc}", container.name());
+    }
+}
+
+/// How often a build polls its token: often in proportion to the work.
 fn polls(triangles: &[Triangle], settings: &BuildSettings) -> u64 {
     use std::sync::atomic::{AtomicU64, Ordering};
     let polls = std::sync::Arc::new(AtomicU64::new(0));
@@ -197,7 +253,7 @@ fn the_rounds_of_ploc_stay_few_where_hardly_any_clusters_are_mutual_neighbours()
         let equal = |_: usize| at(0.0, 1.0);
         let scenes: [Scene; 3] = [("nested", nested), ("growing steps", growing), ("equal", equal)];
         for (name, triangle) in scenes {
-            for builder in [BuilderKind::Ploc, BuilderKind::Sweep] {
+            for builder in [BuilderKind::Ploc, BuilderKind::Hploc, BuilderKind::Sweep] {
                 let settings = BuildSettings { builder, container, ..BuildSettings::default() };
                 if settings.refusal(0).is_some() {
                     continue;

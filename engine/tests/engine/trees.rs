@@ -85,6 +85,17 @@ pub fn soup(count: usize, size: f32, seed: u64) -> Vec<Triangle> {
         .collect()
 }
 
+/// Long thin triangles that cross one another in a cube of 2: their boxes are nearly empty.
+pub fn sticks(count: usize, seed: u64) -> Vec<Triangle> {
+    let mut random = Random(seed);
+    (0..count)
+        .map(|_| {
+            let (a, b) = (random.vector(), random.vector());
+            Triangle { a, b, c: b + random.vector() * 0.02 }
+        })
+        .collect()
+}
+
 /// A flat grid of squares with whole coordinates, two triangles each, in the plane `axis` = `height`.
 pub fn grid(cells: usize, axis: usize, height: f32) -> Vec<Triangle> {
     let point = |x: usize, y: usize| {
@@ -160,6 +171,7 @@ pub fn nasty_scenes() -> Vec<(&'static str, Vec<Triangle>)> {
         ("huge coordinates", soup(200, 0.3, 10).iter().map(|t| scaled(t, 1e17)).collect()),
         ("far from the origin", ball(Vec3::new(4000.0, -3000.0, 5000.0), 1.0, 8)),
         ("closed ball", ball(Vec3::ZERO, 1.0, 10)),
+        ("sticks", sticks(120, 11)),
     ]
 }
 

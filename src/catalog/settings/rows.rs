@@ -66,9 +66,16 @@ const fn builder_sentence(kind: BuilderKind) -> &'static str {
         BuilderKind::Ploc => {
             "Merges mutual nearest neighbours along the curve, round by round (PLOC: Meister and Bittner 2018)"
         }
+        BuilderKind::Hploc => {
+            "PLOC on short lists, bottom-up along the nodes of an LBVH (H-PLOC: Benthin et al. 2024): faster, nearly as good a tree"
+        }
         BuilderKind::BinnedSah => "Top-down splits by the surface area heuristic (Wald 2007), not with spheres",
         BuilderKind::Sweep => {
             "Top-down, the best of all splits by the surface area heuristic (Wald 2007): slower than bins, not with spheres"
+        }
+        BuilderKind::Sbvh => {
+            "Sweep SAH that also splits space by planes, so that several leaves hold one triangle (Stich et al. 2009): for walls and \
+             beams, slow, boxes only"
         }
         BuilderKind::Exact => "Always merges the closest pair (Walter et al. 2008); small scenes only",
         BuilderKind::None => "No tree: every ray tests every triangle",
@@ -192,7 +199,7 @@ fn is_aac(build: &BuildSettings) -> bool {
 pub static CURVE: Setting = Setting {
     key: "curve",
     value_name: "NAME",
-    help: "AAC, LBVH and PLOC: the curve along which triangles are sorted: {} (Morton and size)",
+    help: "AAC, LBVH, PLOC and H-PLOC: the curve along which triangles are sorted: {} (Morton and size)",
     label: "Curve",
     tip: "Space-filling curve along which triangles are sorted before they are clustered",
     value: Value::One {

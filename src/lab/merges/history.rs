@@ -86,6 +86,9 @@ impl History {
                     "{label} merges blocks of triangles, which is not recorded: these are its nodes in order of their area, smallest \
                      first"
                 ),
+                BuilderKind::Ploc | BuilderKind::Hploc => format!(
+                    "{label} merges clusters in rounds, which are not recorded: these are its nodes in order of their area, smallest first"
+                ),
                 _ => format!(
                     "{label} splits from the top and merges nothing: these are its nodes in order of their area, smallest first"
                 ),

@@ -1,4 +1,4 @@
-//! One round of merging: references of the same triangle, which was split before the build, become one where that is cheaper.
+//! One round of merging: references of the same triangle, which was split before the build or in it, become one where that is cheaper.
 
 use crate::cancel::{CancelToken, Cancelled};
 use crate::optimize::anneal::free_tree::{FreeTree, leaf_cost};
@@ -14,11 +14,11 @@ const TRIANGLES_BETWEEN_CHECKS: usize = 1024;
 pub struct References(Vec<Vec<u32>>);
 
 impl References {
-    /// Those in `tree`, the leaves of which hold `primitive_indices`, of primitives that are parts of the triangles in `sources`.
+    /// Those in `tree`, the leaves of which hold `primitive_indices`, of primitives each of which is a part of its `source`.
     pub fn new(
         tree: &FreeTree,
         primitive_indices: &[u32],
-        sources: &[u32],
+        source: impl Fn(u32) -> u32,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let mut leaves: Vec<u64> = Vec::new();
@@ -27,7 +27,7 @@ impl References {
                 token.check()?;
             }
             if node.count == 1 && tree.is_leaf(index) {
-                let triangle = sources[primitive_indices[node.children[1] as usize] as usize];
+                let triangle = source(primitive_indices[node.children[1] as usize]);
                 leaves.push(u64::from(triangle) << 32 | u64::from(index));
             }
         }
@@ -125,7 +125,8 @@ mod tests {
             let tree = tree(boxes);
             let mut free = FreeTree::new(&tree, false, &token)?;
             let before = free.cost();
-            let mut references = References::new(&free, &tree.primitive_indices, &[0, 1, 1, 2], &token)?;
+            let mut references =
+                References::new(&free, &tree.primitive_indices, |index| [0, 1, 1, 2][index as usize], &token)?;
             assert_eq!(references.0, [vec![4, 5]]);
             merging_round(&mut free, &mut references, &token)?;
             let after = free.to_tree(&tree.primitive_indices, &token)?;

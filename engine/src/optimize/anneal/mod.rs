@@ -31,12 +31,12 @@ const COLD_ROUNDS: u32 = 4;
 /// Number of equal parts of a build's progress, all but the first of which are annealing.
 pub const ANNEALING_PARTS: usize = 50;
 
-/// Anneals `tree` in `rounds` rounds. `sources` are the triangles that primitives are parts of, where some are split. With
+/// Anneals `tree` in `rounds` rounds. `source` is the triangle that a primitive is a part of, where some are split. With
 /// `collapses`, costs are those of the tree with its best leaves, which are not made. Returns the cost, not normalised, and the
 /// normalised cost after each round with the time since the beginning.
 pub fn anneal(
     tree: &mut Tree<Aabb>,
-    sources: Option<&[u32]>,
+    source: Option<&dyn Fn(u32) -> u32>,
     rounds: u32,
     collapses: bool,
     token: &CancelToken,
@@ -44,8 +44,8 @@ pub fn anneal(
     let start = Instant::now();
     let root_area = f64::from(tree.nodes[0].container.half_area());
     let mut free = FreeTree::new(tree, collapses, token)?;
-    let sources = sources.map(|sources| References::new(&free, &tree.primitive_indices, sources, token));
-    let mut references = sources.transpose()?;
+    let references = source.map(|source| References::new(&free, &tree.primitive_indices, source, token));
+    let mut references = references.transpose()?;
     let average_cost = free.cost() / tree.nodes.len() as f64;
     let hot_rounds = rounds.saturating_sub(COLD_ROUNDS);
     let mut random = 0;
