@@ -11,6 +11,8 @@ pub fn copy_tables(rows: &[CopyRow]) -> Vec<ReportTable> {
     of_populations.flat_map(|rows| [meshes(rows), copies(rows)]).collect()
 }
 
+/// Number of meshes that the table names.
+const MOST_MESHES: usize = 20;
 const COSTS: [(&str, &str); 5] =
     [("entered", "a ray"), ("in vain", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
 
@@ -36,7 +38,15 @@ fn meshes(rows: &[CopyRow]) -> ReportTable {
         format!("Copies of {}, {}: {}", short(&row.model), row.population.label(), counted(row.rays, "rays"))
     });
     let mut table = ReportTable::new(title, &columns);
-    for row in rows.iter().filter(|row| row.part.part != PartKind::Copy) {
+    let (named, others): (Vec<&CopyRow>, Vec<&CopyRow>) = {
+        // The dearest come first.
+        let mut meshes = 0;
+        rows.iter().filter(|row| row.part.part != PartKind::Copy).partition(|row| {
+            meshes += usize::from(row.part.part == PartKind::Mesh);
+            row.part.part != PartKind::Mesh || meshes <= MOST_MESHES && row.cost.entered_per_ray > 0.0
+        })
+    };
+    for row in named {
         let name = match (row.part.part, row.part.mesh) {
             (PartKind::Above, _) => "tree over the copies".to_owned(),
             (_, Some(mesh)) => format!("mesh {mesh}"),
@@ -50,6 +60,11 @@ fn meshes(rows: &[CopyRow]) -> ReportTable {
         "Entered: copies whose trees a ray is tested with; in vain: entries after which it ends elsewhere or nowhere. Tests: part of the tests of the scene."
             .to_owned(),
     );
+    if !others.is_empty() {
+        let share: f64 = others.iter().filter_map(|row| row.cost.share_of_tests).sum();
+        let meshes = counted(others.len() as u64, "other meshes");
+        table.notes.push(format!("{meshes}: {:.1} % of the tests.", share * 100.0));
+    }
     table
 }
 

@@ -278,8 +278,13 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
 
 /// What the colours of copies mean, or that there are none.
 fn of_copies(shown: &Presented, meaning: &str) -> Part {
-    let has_copies = shown.accel.scene.copies.is_some();
-    Part::Text(if has_copies { meaning } else { "none: the scene is flat" }.to_owned())
+    let scene = &shown.accel.scene;
+    let text = match (scene.copies.is_some(), scene.repeats_meshes) {
+        (true, _) => meaning,
+        (false, true) => "none: the scene is flat, see File",
+        (false, false) => "none: no mesh has copies",
+    };
+    Part::Text(text.to_owned())
 }
 
 /// The nodes that cluster colours show.
