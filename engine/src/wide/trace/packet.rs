@@ -84,7 +84,10 @@ fn closest_hits_of_packet<'a, C: BeamContainer>(
     hits: &mut [Option<Hit>],
 ) -> bool {
     dispatch!(level, simd => {
-        let Some(mut packet) = Packet::<C>::new(simd, rays) else { return false };
+        let mut packet = Packet::<C>::empty();
+        if !packet.set(simd, rays) {
+            return false;
+        }
         packet.trace(simd, tree, rays);
         for (index, hit) in hits.iter_mut().enumerate() {
             *hit = packet.hits.hit(index);
@@ -162,31 +165,22 @@ pub(super) struct PacketRays {
 }
 
 impl<C: BeamContainer> Packet<C> {
-    /// Prepares rays; `None` if they are not coherent enough.
+    /// Without rays. Not a constant, which would be copied.
     #[inline(always)]
-    #[expect(clippy::too_many_lines, reason = "sets each lane of a packet up once")]
-    pub(super) fn new<S: Simd>(simd: S, rays: &[Ray]) -> Option<Self> {
-        let first = rays.first()?;
-        let near = each!(axis => usize::from(first.direction[axis] < 0.0));
-        let axes = permuted_axes(first.direction);
-        let t_min = first.t_min.max(0.0);
-        if !first.origin.is_finite() {
-            return None;
-        }
-        let groups = rays.len().div_ceil(GROUP);
-        let mut packet = Self {
+    pub(super) fn empty() -> Self {
+        Self {
             frustum: C::EMPTY_FRUSTUM,
-            all_groups: u32::MAX >> (GROUPS - groups),
+            all_groups: 0,
             rays: PacketRays {
                 beam: Beam {
-                    origin: first.origin.to_array(),
-                    plane_origins: [first.origin.to_array(); 2],
-                    t_min,
-                    near,
+                    origin: [0.0; 3],
+                    plane_origins: [[0.0; 3]; 2],
+                    t_min: 0.0,
+                    near: [0; 3],
                     range: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
                     inverse: [[[0.0; GROUP]; 3]; GROUPS],
                 },
-                axes,
+                axes: [0; 3],
                 factors: [[[0.0; GROUP]; 3]; GROUPS],
                 directions: [[[0.0; GROUP]; 3]; GROUPS],
             },
@@ -199,7 +193,26 @@ impl<C: BeamContainer> Packet<C> {
                 group_t_max: [0.0; GROUPS],
                 copy: 0,
             },
-        };
+        }
+    }
+
+    /// Takes rays, in place, as a packet is large; `false` if they are not coherent enough.
+    #[inline(always)]
+    #[expect(clippy::too_many_lines, reason = "sets each lane of a packet up once")]
+    pub(super) fn set<S: Simd>(&mut self, simd: S, rays: &[Ray]) -> bool {
+        let Some(first) = rays.first() else { return false };
+        let near = each!(axis => usize::from(first.direction[axis] < 0.0));
+        let axes = permuted_axes(first.direction);
+        let t_min = first.t_min.max(0.0);
+        if !first.origin.is_finite() {
+            return false;
+        }
+        let groups = rays.len().div_ceil(GROUP);
+        self.all_groups = u32::MAX >> (GROUPS - groups);
+        self.rays.axes = axes;
+        let beam = &mut self.rays.beam;
+        (beam.origin, beam.plane_origins) = (first.origin.to_array(), [first.origin.to_array(); 2]);
+        (beam.t_min, beam.near) = (t_min, near);
         let zero = f32x16::splat(simd, 0.0);
         let one = f32x16::splat(simd, 1.0);
         let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
@@ -242,22 +255,22 @@ impl<C: BeamContainer> Packet<C> {
                 same_octant = same_octant & same & inverse[axis].abs().simd_le(f32x16::splat(simd, f32::MAX));
                 lowest[axis] = lowest[axis].min(inverse[axis]);
                 highest[axis] = highest[axis].max(inverse[axis]);
-                packet.rays.beam.inverse[group][axis] = inverse[axis].to_array();
+                self.rays.beam.inverse[group][axis] = inverse[axis].to_array();
             }
             if !(same_origin & same_octant).all_true() {
-                return None;
+                return false;
             }
-            C::add_group(simd, &mut packet.frustum, group, d, axes);
+            C::add_group(simd, &mut self.frustum, group, d, axes);
             let factors = [(zero - d[axes[0]]) / along, (zero - d[axes[1]]) / along, inverse[axes[2]]];
-            packet.rays.factors[group] = each!(index => factors[index].to_array());
-            packet.rays.directions[group] = each!(axis => d[axis].to_array());
+            self.rays.factors[group] = each!(index => factors[index].to_array());
+            self.rays.directions[group] = each!(axis => d[axis].to_array());
             let t_max = t_max.min(f32x16::splat(simd, f32::MAX));
-            packet.hits.t[group] = t_max.to_array();
-            packet.hits.group_t_max[group] = t_max.reduce_max();
+            self.hits.t[group] = t_max.to_array();
+            self.hits.group_t_max[group] = t_max.reduce_max();
         }
-        C::finish(&mut packet.frustum, &packet.rays.beam, axes);
-        packet.rays.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
-        Some(packet)
+        C::finish(&mut self.frustum, &self.rays.beam, axes);
+        self.rays.beam.range = each!(axis => [lowest[axis].reduce_min(), highest[axis].reduce_max()]);
+        true
     }
 
     #[inline(always)]

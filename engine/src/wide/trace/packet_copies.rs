@@ -32,7 +32,10 @@ pub(crate) fn closest_hits<'a>(
     write: &mut dyn FnMut(usize, u32, Hit),
 ) -> bool {
     dispatch!(level, simd => {
-        let Some(mut packet) = Packet::<Aabb>::new(simd, rays) else { return false };
+        let mut packet = Packet::<Aabb>::empty();
+        if !packet.set(simd, rays) {
+            return false;
+        }
         trace(simd, &mut packet, top, copy, rays);
         for index in 0..rays.len() {
             if let Some(hit) = packet.hits.hit(index) {
