@@ -82,7 +82,7 @@ impl Accel {
         with_tree!(&self.tree, tree => measure_weighted_visits(tree, triangles, count, ray, token))
     }
 
-    /// What a number of rays cost in each copy of a scene of two levels, see [`BinaryLevels::costs`](bvhscope_engine::BinaryLevels::costs); `None` of a flat scene.
+    /// The cost of a number of rays in each copy of a scene of two levels, see [`BinaryLevels::costs`](bvhscope_engine::BinaryLevels::costs); `None` of a flat scene.
     pub fn copy_costs(
         &self,
         count: u32,

@@ -144,7 +144,7 @@ const COPIES: [Field; 17] = [
     ("center", "Middle of the box of the copy, as containers have it; absent where the part is not one"),
     ("entered_per_ray", "Copies of it that a ray is carried into, whose trees it is tested with, on average"),
     ("hits_per_ray", "Part of the rays that end on it"),
-    ("in_vain", "Part of the entries after which the ray ends elsewhere or nowhere; null where there are none"),
+    ("wasted_share", "Part of the entries after which the ray ends elsewhere or nowhere; null where there are none"),
     ("container_tests_per_ray", "Boxes that a ray is tested against in it, on average"),
     ("primitive_tests_per_ray", "Triangles that it is tested against in it"),
     ("tests_per_ray", "Both"),

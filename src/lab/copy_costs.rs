@@ -1,4 +1,4 @@
-//! What the copies of a scene of two levels cost rays: `copies`.
+//! The cost of rays in the copies of a scene of two levels: `copies`.
 
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -95,7 +95,7 @@ pub struct PartCost {
     /// Part of the rays that end on it.
     pub hits_per_ray: f64,
     /// Part of the entries after which the ray does not end on that copy; `None` where there are none.
-    pub in_vain: Option<f64>,
+    pub wasted_share: Option<f64>,
     /// Tests of containers.
     pub container_tests_per_ray: f64,
     /// Tests of triangles.
@@ -106,9 +106,9 @@ pub struct PartCost {
     pub share_of_tests: Option<f64>,
 }
 
-/// What the rays of a population cost in the whole scene, above the copies, in each mesh, and in the `most` copies that take most tests: calls
-/// `row` with the population, the number of rays, the part and its cost, in this order. Of the populations so far those before a
-/// cancellation are kept.
+/// The cost of the rays of each population in the whole scene, above the copies, in each mesh, and in the `most` copies that take most
+/// tests: calls `row` with the population, the number of rays, the part and its cost, in this order. Populations that were measured before
+/// a cancellation are kept.
 ///
 /// # Errors
 ///
@@ -201,7 +201,7 @@ impl PartCost {
         Self {
             entered_per_ray: per_ray(part.entered),
             hits_per_ray: per_ray(part.hits),
-            in_vain: ratio(part.entered - part.hits, part.entered),
+            wasted_share: ratio(part.entered - part.hits, part.entered),
             container_tests_per_ray: per_ray(part.tests.containers),
             primitive_tests_per_ray: per_ray(part.tests.primitives),
             tests_per_ray: per_ray(tests(part)),

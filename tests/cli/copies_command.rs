@@ -47,9 +47,9 @@ fn parts_add_up_to_the_scene_and_to_what_bench_counts() {
                 );
             }
         }
-        for row in of("copy").into_iter().chain(of("mesh")).filter(|row| !row["in_vain"].is_null()) {
+        for row in of("copy").into_iter().chain(of("mesh")).filter(|row| !row["wasted_share"].is_null()) {
             let expected = 1.0 - number(row, "hits_per_ray") / number(row, "entered_per_ray");
-            assert!((number(row, "in_vain") - expected).abs() < 1e-9, "{row}");
+            assert!((number(row, "wasted_share") - expected).abs() < 1e-9, "{row}");
         }
         let tests: Vec<f64> = of("copy").iter().map(|row| number(row, "tests_per_ray")).collect();
         assert!(tests.is_sorted_by(|a, b| a >= b), "{population}: the dearest first");
@@ -91,7 +91,7 @@ fn tables_are_printed_for_people() {
     let small = ["builtin:forest:60", "--size", "32x32", "--rays", "primary", "--most", "3"];
     let (code, out, error) = copies(folder.path(), &small);
     assert_eq!(code, 0, "{error}");
-    for text in ["Copies of forest 60", "tree over the copies", "mesh 0", "The 3 copies with most tests", "in vain"] {
+    for text in ["Copies of forest 60", "tree over the copies", "mesh 0", "The 3 copies with most tests", "wasted"] {
         assert!(out.contains(text), "'{text}' is missing in\n{out}");
     }
     let (code, out, _) = copies(folder.path(), &[&small[..], &["--format", "markdown"]].concat());

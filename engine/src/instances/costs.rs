@@ -1,4 +1,4 @@
-//! What copies cost rays: how often rays are carried into each, with how many tests, and how many of them end there.
+//! The cost of rays in copies: how often rays are carried into each, with how many tests, and how many of them end there.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -13,7 +13,7 @@ use crate::tree::visits::RayQuery;
 /// Rays that one thread traces at a time.
 const RAYS_PER_TASK: u32 = 1 << 10;
 
-/// What one copy costs, each ray as many times as rays it stands for.
+/// The cost of one copy, each ray as many times as rays it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CopyCost {
     /// Rays that are carried into the coordinates of its mesh, whose tree they are tested with.
@@ -24,7 +24,7 @@ pub struct CopyCost {
     pub tests: TestCounts,
 }
 
-/// What rays cost in a tree over copies, and in each copy.
+/// The cost of rays in a tree over copies, and in each copy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CopyCosts {
     /// Number of rays, each as many times as rays it stands for.
@@ -38,7 +38,7 @@ pub struct CopyCosts {
 }
 
 impl BinaryLevels<'_> {
-    /// What `ray_count` rays cost in each copy. `ray` gives each by its index, with what is asked and the number of rays that it stands for;
+    /// The cost of `ray_count` rays in each copy. `ray` gives each by its index, with what is asked and the number of rays that it stands for;
     /// rays that stand for none are left out.
     ///
     /// # Errors

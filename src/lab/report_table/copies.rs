@@ -14,7 +14,7 @@ pub fn copy_tables(rows: &[CopyRow]) -> Vec<ReportTable> {
 /// Number of meshes that the table names.
 const MOST_MESHES: usize = 20;
 const COSTS: [(&str, &str); 5] =
-    [("entered", "a ray"), ("in vain", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
+    [("entered", "a ray"), ("wasted", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
 
 /// The costs of a row, as [`COSTS`] names them.
 fn costs(row: &CopyRow) -> [String; 5] {
@@ -23,7 +23,7 @@ fn costs(row: &CopyRow) -> [String; 5] {
     let entered = if row.part.part == PartKind::Above { String::new() } else { number(cost.entered_per_ray) };
     [
         entered,
-        percent(cost.in_vain),
+        percent(cost.wasted_share),
         number(cost.container_tests_per_ray),
         number(cost.primitive_tests_per_ray),
         percent(cost.share_of_tests),
@@ -57,7 +57,7 @@ fn meshes(rows: &[CopyRow]) -> ReportTable {
         table.rows.push([name, copies, triangles].into_iter().chain(costs(row)).collect());
     }
     table.notes.push(
-        "Entered: copies whose trees a ray is tested with; in vain: entries after which it ends elsewhere or nowhere. Tests: part of the tests of the scene."
+        "Entered: copies whose trees a ray is tested with; wasted: entries after which it ends elsewhere or nowhere. Tests: part of the tests of the scene."
             .to_owned(),
     );
     if !others.is_empty() {

@@ -276,7 +276,7 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
     Some(LegendBox { title, parts: std::iter::once(part).chain(lines).collect() })
 }
 
-/// What the colours of copies mean, or that there are none.
+/// The meaning of the colours of copies, or that there are none.
 fn of_copies(shown: &Presented, meaning: &str) -> Part {
     let scene = &shown.accel.scene;
     let text = match (scene.copies.is_some(), scene.repeats_meshes) {
