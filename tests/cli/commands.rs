@@ -499,7 +499,7 @@ fn every_commands_rows_have_the_names_and_agree_on_hits() {
         ("bench", &["--no-bvh"], 3),
         ("sweep", &["--threshold", "2..=4", "--container", "both", "--epsilon", "0.1,0.2"], 12),
         ("scaling", &["--threads", "2", "--container", "both"], 4),
-        ("compare", &["--container", "both"], 31),
+        ("compare", &["--container", "both"], 34),
     ];
     for (command, extra, count) in cases {
         let args: Vec<&str> = [command].iter().chain(&model).chain(extra).copied().collect();
