@@ -15,8 +15,8 @@ use bvhscope::scene::{LoadOptions, SceneSource, load};
 use bvhscope::visibility::{NodeIdentity, TriangleSet};
 use bvhscope_engine::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{RayEvent, Traversal};
+use bvhscope_engine::tree::{Container as _, ContainerKind};
 use bvhscope_engine::with_tree;
 
 const SIZE: [u32; 2] = [40, 30];

@@ -7,7 +7,7 @@ use std::ops::IndexMut;
 
 use fearless_simd::Simd;
 
-use crate::geometry::{Aabb, Dop14, Sphere, half_area_between};
+use crate::geometry::{Aabb, Container as _, Dop14, Sphere, half_area_between};
 use crate::kernel::lanes::{Fields, Lanes};
 use crate::order::PrimitiveContainer;
 use crate::tree::Tree;
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_merge_distance_of_polytopes_is_half_the_area_of_their_union() {
-        let point = |point: Vec3| Dop14::around_triangle(&crate::geometry::Triangle { a: point, b: point, c: point });
+        let point = |point: Vec3| Dop14::of_triangle(&crate::geometry::Triangle { a: point, b: point, c: point });
         let (origin, corner) = (point(Vec3::ZERO), point(Vec3::new(1.0, 1.0, 0.0)));
         // Three pairs of planes run along the diagonal of a square.
         assert!(merge_distance(&origin, &corner) < 1e-4);

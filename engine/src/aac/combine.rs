@@ -63,7 +63,7 @@ mod tests {
 
     use super::*;
     use crate::aac::cluster::Cluster;
-    use crate::geometry::{Aabb, Dop14, Sphere};
+    use crate::geometry::{Aabb, Container as _, Dop14, Sphere};
     use crate::kernel::SimdLevel;
     use crate::kernel::simd::dispatch;
     use crate::tree::Node;

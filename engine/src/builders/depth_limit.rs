@@ -189,7 +189,7 @@ mod tests {
         for index in (0..nodes.len()).rev() {
             let first = nodes[index].first as usize;
             nodes[index].container = if nodes[index].is_leaf() {
-                Sphere::around_triangle(&triangles[first])
+                Sphere::of_triangle(&triangles[first])
             } else {
                 nodes[first].container.union(&nodes[first + 1].container)
             };

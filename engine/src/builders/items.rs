@@ -6,7 +6,7 @@
 
 use crate::builders::error::BuildError;
 use crate::cancel::{CancelToken, MEDIUM_STEPS};
-use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
+use crate::geometry::{Aabb, Container as _, Dop14, Sphere, Triangle};
 
 /// The containers of items of the caller's own: curves, points, solids, whole meshes.
 #[derive(Debug, Clone, Copy)]

@@ -3,12 +3,15 @@
 use glam::{DVec3, Vec3};
 
 use super::aabb::Aabb;
+use super::container::Container as _;
 use super::triangle::Triangle;
 
 /// Part of the sum of a point's absolute coordinates by which the planes along the diagonals are moved outwards: at both ends of
 /// every container, and again at the origin of every ray. More than the rounding of the sums, of the slab test and of a ray's
 /// direction (10 units of 2⁻²⁴ together) and than the error of a hit's distance, at most a millionth.
 pub(crate) const DIAGONAL_PAD: f32 = 16.0 * f32::EPSILON;
+/// Reciprocal of the length of a diagonal, √3, rounded down.
+pub(crate) const PER_DIAGONAL: f32 = 0.577_35;
 
 /// A discrete oriented polytope of fourteen planes (14-DOP): the space between two planes across each of the three axes and of the
 /// four diagonals of a cube (Klosowski, Held, Mitchell, Sowizral, Zikan, *Efficient Collision Detection Using Bounding Volume
@@ -19,11 +22,12 @@ pub(crate) const DIAGONAL_PAD: f32 = 16.0 * f32::EPSILON;
 ///
 /// ```
 /// use bvhscope_engine::glam::Vec3;
+/// use bvhscope_engine::tree::Container as _;
 /// use bvhscope_engine::{Dop14, Triangle};
 ///
 /// // A blade from corner to corner of the unit square needs hardly a tenth of the square.
 /// let blade = Triangle { a: Vec3::ZERO, b: Vec3::new(1.0, 1.0, 0.0), c: Vec3::new(0.02, 0.0, 0.0) };
-/// let polytope = Dop14::around_triangle(&blade);
+/// let polytope = Dop14::of_triangle(&blade);
 /// assert!(polytope.half_area() < 0.1 * polytope.bounds.half_area());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -77,27 +81,10 @@ impl Dop14 {
     pub const DIAGONALS: [Vec3; 4] =
         [Vec3::ONE, Vec3::new(1.0, 1.0, -1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(1.0, -1.0, -1.0)];
 
-    /// The empty polytope; the neutral element of [`Dop14::union`].
-    pub const EMPTY: Self = Self { bounds: Aabb::EMPTY, low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
-
-    /// The smallest polytope around `triangle`, padded.
-    pub fn around_triangle(triangle: &Triangle) -> Self {
-        let mut found = Self { bounds: triangle.bounds(), ..Self::EMPTY };
-        for corner in [triangle.a, triangle.b, triangle.c] {
-            let pad = DIAGONAL_PAD * corner.abs().element_sum();
-            for (diagonal, along) in along_diagonals(corner).into_iter().enumerate() {
-                // Where sums overflow the planes cut nothing off: these functions drop a NaN.
-                found.low[diagonal] = found.low[diagonal].min((along - pad).max(-f32::MAX));
-                found.high[diagonal] = found.high[diagonal].max((along + pad).min(f32::MAX));
-            }
-        }
-        found
-    }
-
     /// A polytope around balls of a `radius` at `points`, and so around all that such a ball sweeps on straight ways between them; padded.
     /// Empty without points.
     pub fn around_balls(points: impl IntoIterator<Item = Vec3>, radius: f32) -> Self {
-        let around = |a: Vec3| Self::around_triangle(&Triangle { a, b: a, c: a });
+        let around = |a: Vec3| Self::of_triangle(&Triangle { a, b: a, c: a });
         let mut all = points.into_iter().fold(Self::EMPTY, |all, point| all.union(&around(point)));
         // Outwards of the rounded sums.
         let Aabb { min, max } = all.bounds;
@@ -107,17 +94,6 @@ impl Dop14 {
         all.low = all.low.map(|plane| plane - along);
         all.high = all.high.map(|plane| plane + along);
         all
-    }
-
-    /// The smallest polytope around both.
-    #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
-        let mut union = Self { bounds: self.bounds.union(&other.bounds), ..*self };
-        for diagonal in 0..4 {
-            union.low[diagonal] = self.low[diagonal].min(other.low[diagonal]);
-            union.high[diagonal] = self.high[diagonal].max(other.high[diagonal]);
-        }
-        union
     }
 
     /// True if the polytope contains no point, as far as its box shows.
@@ -136,15 +112,6 @@ impl Dop14 {
         half_area_between!(self.bounds.min.to_array(), self.bounds.max.to_array(), self.low, self.high, 0.0_f32)
     }
 
-    /// True if `other` lies inside, within `slack` in world units.
-    pub fn contains(&self, other: &Self, slack: f32) -> bool {
-        // The diagonals are √3 long.
-        let slack_along = slack * 1.75;
-        let between =
-            |at: usize| self.low[at] - slack_along <= other.low[at] && other.high[at] <= self.high[at] + slack_along;
-        other.is_empty() || self.bounds.contains(&other.bounds, slack) && (0..4).all(between)
-    }
-
     /// By how much `point` sticks out, in world units; negative or 0 inside.
     pub fn excess_of_point(&self, point: Vec3) -> f64 {
         let [point, min, max] = [point, self.bounds.min, self.bounds.max].map(Vec3::as_dvec3);
@@ -157,17 +124,6 @@ impl Dop14 {
             excess = excess.max(below.max(above) / 3.0_f64.sqrt());
         }
         excess
-    }
-
-    /// The polytope with all coordinates multiplied by `factor`, which is positive.
-    #[must_use]
-    #[inline]
-    pub fn scaled(&self, factor: f32) -> Self {
-        Self {
-            bounds: Aabb { min: self.bounds.min * factor, max: self.bounds.max * factor },
-            low: self.low.map(|plane| plane * factor),
-            high: self.high.map(|plane| plane * factor),
-        }
     }
 }
 
@@ -216,7 +172,7 @@ mod tests {
     fn every_corner_is_inside_by_more_than_rounding() {
         for (scale, offset) in PLACES {
             for triangle in triangles(scale, offset) {
-                let polytope = Dop14::around_triangle(&triangle);
+                let polytope = Dop14::of_triangle(&triangle);
                 let numbers: &[f32; 14] = bytemuck::cast_ref(&polytope);
                 assert!(numbers.iter().all(|number| number.is_finite()), "{triangle:?} → {polytope:?}");
                 for corner in [triangle.a, triangle.b, triangle.c] {
@@ -238,7 +194,7 @@ mod tests {
         for (scale, offset) in PLACES {
             // As trees do it: areas that would leave the range of single precision are computed of scaled coordinates.
             let factor = crate::geometry::area_scale(scale * (1.0 + offset));
-            let polytopes: Vec<Dop14> = triangles(scale, offset).iter().map(Dop14::around_triangle).collect();
+            let polytopes: Vec<Dop14> = triangles(scale, offset).iter().map(Dop14::of_triangle).collect();
             for pair in polytopes.windows(3) {
                 let both = pair[0].union(&pair[1]);
                 assert!(both.contains(&pair[0], 0.0) && both.contains(&pair[1], 0.0), "{pair:?} → {both:?}");

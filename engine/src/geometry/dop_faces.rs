@@ -4,6 +4,7 @@ use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 
 use super::aabb::Aabb;
+use super::container::Container as _;
 use super::dop::{Dop14, exactly_along_diagonals};
 
 /// Most corners of a face while it is cut: three or four, and one more for each plane that cuts it.
@@ -128,7 +129,7 @@ impl Dop14 {
         Some(corners)
     }
 
-    /// The intersection of both, each of whose planes touches it; [`Dop14::EMPTY`] where they have no point in common.
+    /// The intersection of both, each of whose planes touches it; empty where they have no point in common.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         let mut common = Self { bounds: self.bounds.intersection(&other.bounds), ..*self };
@@ -349,7 +350,7 @@ mod tests {
         }
         assert!(empty > 5 && common_points > 50, "{empty} {common_points}");
         let triangle = Triangle { a: Vec3::ONE, b: Vec3::ONE, c: Vec3::ONE };
-        let point = Dop14::around_triangle(&triangle);
+        let point = Dop14::of_triangle(&triangle);
         assert_eq!(point.intersection(&point).bounds, point.bounds, "a single point");
     }
 }

@@ -4,7 +4,6 @@
 //! monotone (rounding never lets a ray enter an outer box later than an inner one), and a triangle is hit only where its own
 //! box is, no nearer than that box. So no tree of boxes can lose a hit that a linear scan finds.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x4};
 use glam::{Vec3, Vec3A};
 
 use super::aabb::Aabb;
@@ -74,31 +73,6 @@ impl Aabb {
         let far = min(min(max(t0.x, t1.x), max(t0.y, t1.y)), max(t0.z, t1.z)) * FAR_SLACK;
         // An empty box is inverted and must stay a miss.
         (near <= min(far, t_max) && self.min.x <= self.max.x).then_some(near)
-    }
-
-    /// [`Aabb::entry`] of two boxes that are not empty, with the same results.
-    #[inline(always)]
-    pub fn entry_pair<S: Simd>(simd: S, pair: [&Self; 2], ray: &PreparedRay, t_min: f32, t_max: f32) -> PairEntry {
-        let load = |array: &[f32; 4]| f32x4::load_array_ref(simd, array);
-        let [a, b] = pair.map(bytemuck::cast_ref::<Aabb, [f32; 6]>);
-        // Two loads per box: (min.x, min.y, min.z, max.x) and (min.z, max.x, max.y, max.z).
-        let (a0, b0) = (load(&[a[0], a[1], a[2], a[3]]), load(&[b[0], b[1], b[2], b[3]]));
-        let (a1, b1) = (load(&[a[2], a[3], a[4], a[5]]), load(&[b[2], b[3], b[4], b[5]]));
-        // Lanes, alternating between the boxes: lower x and y; lower z and upper x; upper y and z.
-        let planes = [a0.zip_low(b0), a1.zip_low(b1), a1.zip_high(b1)];
-        let t = |part: usize| (planes[part] - load(&ray.pair_origins[part])) * load(&ray.pair_inverses[part]);
-        let (t0, t1, t2) = (t(0), t(1), t(2));
-        // From here on only the first two lanes are used.
-        let swapped = |lanes: f32x4<S>| lanes.slide::<2>(lanes);
-        let upper_xy = t1.slide::<2>(t2);
-        let (near_xy, far_xy) = (t0.min(upper_xy), t0.max(upper_xy));
-        let (lower_z, upper_z) = (t1, swapped(t2));
-        let near_z = lower_z.min(upper_z).max(f32x4::splat(simd, t_min));
-        let near = near_xy.max(swapped(near_xy)).max(near_z);
-        let far = far_xy.min(swapped(far_xy)).min(lower_z.max(upper_z)) * FAR_SLACK;
-        let hit = near.simd_le(far) & near.simd_le(f32x4::splat(simd, t_max));
-        let near = near.to_array();
-        PairEntry { entry: [near[0], near[1]], hits: hit.to_bitmask() as u32 & 3 }
     }
 }
 

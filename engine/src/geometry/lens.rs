@@ -71,6 +71,7 @@ impl Sphere {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Container as _;
     use crate::geometry::sphere::tests::numbers;
 
     /// Points spread evenly over `sphere`: a spiral of equal areas.

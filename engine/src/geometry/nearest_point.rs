@@ -34,6 +34,12 @@ pub struct TrianglePoint {
     pub feature: Feature,
 }
 
+/// The largest bound of a container that may hold a point at the squared distance `nearest`: with room for the rounding of five
+/// operations (2⁻²² together) and of squares that are no normal numbers.
+pub(crate) fn reach(nearest: f64) -> f32 {
+    (nearest * (1.0 + 2e-6) + 1e-43) as f32
+}
+
 impl Triangle {
     /// The point of the triangle that is nearest to `point` (Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5), in double
     /// precision, whose range holds all products of single-precision coordinates. Never nearer than the triangle's own box, so that no

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::aabb::Aabb;
+use super::container::Container as _;
 use super::dop::Dop14;
 
 /// Part of the sum of a point's absolute coordinates by which planes askew are moved outwards: at both ends of every container, and
@@ -20,10 +21,11 @@ pub(crate) const ORIENTED_PAD: f32 = 24.0 * f32::EPSILON;
 /// use bvhscope_engine::geometry::{OrientedBox, OrientedKind};
 /// use bvhscope_engine::glam::Vec3;
 /// use bvhscope_engine::Triangle;
+/// use bvhscope_engine::tree::Container as _;
 ///
 /// // A blade that lies askew needs hardly a tenth of the box around it.
 /// let blade = Triangle { a: Vec3::ZERO, b: Vec3::new(1.0, 0.7, 0.4), c: Vec3::new(0.02, 0.0, 0.0) };
-/// let fitted = OrientedBox::around_triangle(&blade);
+/// let fitted = OrientedBox::of_triangle(&blade);
 /// assert_ne!(fitted.kind(), OrientedKind::Plain);
 /// assert!(fitted.half_area() < 0.1 * blade.bounds().half_area());
 /// ```
@@ -75,10 +77,6 @@ impl OrientedKind {
 }
 
 impl OrientedBox {
-    /// The empty box; the neutral element of [`OrientedBox::union`].
-    pub const EMPTY: Self =
-        Self { bounds: Aabb::EMPTY, normals: Vec3::AXES, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
-
     /// The seven directions across which the planes of skewed boxes stand: the axes, then the diagonals of [`Dop14`].
     pub const DIRECTIONS: [Vec3; 7] = {
         let ([x, y, z], [a, b, c, d]) = (Vec3::AXES, Dop14::DIAGONALS);
@@ -122,16 +120,6 @@ impl OrientedBox {
         }
     }
 
-    /// A box around the boxes of both; the other one where one is empty.
-    #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
-        match (self.is_empty(), other.is_empty()) {
-            (true, _) => *other,
-            (_, true) => *self,
-            _ => Self::plain(self.bounds.union(&other.bounds)),
-        }
-    }
-
     /// Half of the surface area, at most that of the box along the axes around what it encloses; 0 for the empty box.
     pub fn half_area(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.nonempty_half_area() }
@@ -162,12 +150,6 @@ impl OrientedBox {
         [0, 1, 2].map(|at| (f64::from(self.high[at]) - f64::from(self.low[at])).max(0.0))
     }
 
-    /// True if the box along the axes around what `other` encloses lies inside that of this one, within `slack` in world units. What
-    /// encloses the same triangles may still stick out of the planes: each is fitted to the triangles alone.
-    pub fn contains(&self, other: &Self, slack: f32) -> bool {
-        self.bounds.contains(&other.bounds, slack)
-    }
-
     /// By how much `point` sticks out, in world units; negative or 0 inside.
     pub fn excess_of_point(&self, point: Vec3) -> f64 {
         let [point, min, max] = [point, self.bounds.min, self.bounds.max].map(Vec3::as_dvec3);
@@ -178,17 +160,6 @@ impl OrientedBox {
             excess = excess.max(beyond / normal.length());
         }
         excess
-    }
-
-    /// The box with all coordinates multiplied by `factor`, which is positive.
-    #[must_use]
-    pub fn scaled(&self, factor: f32) -> Self {
-        Self {
-            bounds: Aabb { min: self.bounds.min * factor, max: self.bounds.max * factor },
-            low: self.low.map(|plane| plane * factor),
-            high: self.high.map(|plane| plane * factor),
-            ..*self
-        }
     }
 
     /// The eight corners: bit 0 of the index is set on the upper plane across the first direction, bit 1 across the second, bit 2

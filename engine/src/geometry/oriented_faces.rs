@@ -3,9 +3,8 @@
 use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 
-use super::aabb::Aabb;
 use super::dop_faces::cut;
-use super::oriented::{OrientedBox, OrientedKind};
+use super::oriented::OrientedBox;
 
 /// Most corners of a face while it is cut: four, and one more for each plane of another box.
 const MAX_CORNERS: usize = 10;
@@ -62,32 +61,6 @@ impl OrientedBox {
         found
     }
 
-    /// Half of the surface area of the intersection; 0 where the two are disjoint.
-    pub fn intersection_half_area(&self, other: &Self) -> f32 {
-        let common = self.bounds.intersection(&other.bounds);
-        if self.is_empty() || other.is_empty() {
-            return 0.0;
-        }
-        if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
-            return common.half_area();
-        }
-        (self.intersection_faces(other).iter().map(|face| twice_area(face).length()).sum::<f64>() * 0.25) as f32
-    }
-
-    /// The smallest box along the axes around the intersection; [`OrientedBox::EMPTY`] where the two are disjoint.
-    #[must_use]
-    pub fn intersection_bounds(&self, other: &Self) -> Self {
-        if self.is_empty() || other.is_empty() {
-            return Self::EMPTY;
-        }
-        let bounds = if [self, other].map(Self::kind) == [OrientedKind::Plain; 2] {
-            self.bounds.intersection(&other.bounds)
-        } else {
-            Aabb::around(self.intersection_faces(other).into_iter().flatten().map(DVec3::as_vec3))
-        };
-        if bounds.is_empty() { Self::EMPTY } else { Self::plain(bounds) }
-    }
-
     /// The directions of the planes, each of length 1.
     pub fn unit_normals(&self) -> [Vec3; 3] {
         self.normals.map(|normal| normal.as_dvec3().normalize().as_vec3())
@@ -95,21 +68,21 @@ impl OrientedBox {
 }
 
 /// The outward normal of a convex polygon, as long as twice its area.
-fn twice_area(polygon: &[DVec3]) -> DVec3 {
+pub(super) fn twice_area(polygon: &[DVec3]) -> DVec3 {
     polygon.windows(2).skip(1).map(|edge| (edge[0] - polygon[0]).cross(edge[1] - polygon[0])).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Triangle;
     use crate::geometry::sphere::tests::numbers;
+    use crate::geometry::{Aabb, Container as _, Triangle};
 
     /// Boxes around three random triangles each.
     fn boxes() -> Vec<OrientedBox> {
         let mut number = numbers();
         let mut point = || Vec3::new(number(), number(), number());
-        (0..60).map(|_| OrientedBox::around_triangle(&Triangle { a: point(), b: point(), c: point() * 2.0 })).collect()
+        (0..60).map(|_| OrientedBox::of_triangle(&Triangle { a: point(), b: point(), c: point() * 2.0 })).collect()
     }
 
     /// A box that is not flat around the place of `container`.
@@ -128,8 +101,8 @@ mod tests {
         let mut shared = 0;
         for pair in boxes.windows(2) {
             let [a, b] = [pair[0], pair[1]];
-            let area = f64::from(a.intersection_half_area(&b));
-            assert!((area - f64::from(b.intersection_half_area(&a))).abs() < 1e-4, "{area}");
+            let area = f64::from(a.intersection_area(&b));
+            assert!((area - f64::from(b.intersection_area(&a))).abs() < 1e-4, "{area}");
             assert!(area <= f64::from(a.half_area().min(b.half_area())) * 1.0001);
             // Of the lines through a, those that meet both meet them in common with the ratio of areas (Cauchy–Crofton).
             let (mut hits, lines) = (0, 4_000);
@@ -176,12 +149,12 @@ mod tests {
     #[test]
     fn a_box_shares_itself_with_itself() {
         for container in boxes().iter().map(thickened) {
-            let (area, own) = (container.intersection_half_area(&container), container.half_area());
+            let (area, own) = (container.intersection_area(&container), container.half_area());
             assert!((area / own - 1.0).abs() < 1e-5, "{area} {own}");
             assert!(container.contains(&container.intersection_bounds(&container), 1e-5));
         }
         let [a, b] = [0.0, 5.0].map(|x| OrientedBox::plain(Aabb::around([Vec3::splat(x), Vec3::splat(x + 1.0)])));
-        assert_eq!((a.intersection_half_area(&b), a.intersection_bounds(&b)), (0.0, OrientedBox::EMPTY));
-        assert_eq!(a.intersection_half_area(&a), 3.0);
+        assert_eq!((a.intersection_area(&b), a.intersection_bounds(&b)), (0.0, OrientedBox::EMPTY));
+        assert_eq!(a.intersection_area(&a), 3.0);
     }
 }

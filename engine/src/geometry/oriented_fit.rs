@@ -5,7 +5,6 @@ use glam::{DVec3, Vec3};
 use super::aabb::Aabb;
 use super::extremes::Extremes;
 use super::oriented::{OrientedBox, half_area_between};
-use super::triangle::Triangle;
 
 /// Share of the surface of the plain box that planes askew must stay below. Tests cost the same for all kinds, and the plain one is
 /// exact: it stays where the other ones gain next to nothing.
@@ -48,13 +47,6 @@ const fn determinant(a: usize, b: usize, c: usize) -> i32 {
 }
 
 impl OrientedBox {
-    /// The smallest of a plain, a fitted and a skewed box around `triangle`, as the pass Orient chooses it.
-    pub fn around_triangle(triangle: &Triangle) -> Self {
-        let corners = [triangle.a, triangle.b, triangle.c];
-        let Some(extremes) = Extremes::around(corners) else { return Self::EMPTY };
-        Self::choose(triangle.bounds(), &extremes, true, |normals| intervals(corners, normals))
-    }
-
     /// The smallest of a plain box, of a skewed one between the planes of the 14-DOP, and of a fitted one by DiTO-14, around points with
     /// these `bounds` and `extremes`, whose dot products with three directions lie between those that `project` returns. Plain where the
     /// others are not smaller than [`LARGEST_SHARE`] of it, and where coordinates are too small or too large to bound the rounding of

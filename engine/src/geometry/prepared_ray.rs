@@ -27,7 +27,7 @@ pub struct PreparedRay {
     pub unit_direction: Vec3,
     /// 1 / length of the direction; converts world units into `t`.
     pub inverse_length: f32,
-    /// Origins in the lane order of [`Aabb::entry_pair`](crate::geometry::Aabb::entry_pair), for two boxes at once: low (x, x, y, y),
+    /// Origins in the lane order of [`Container::entry_pair`](crate::geometry::Container::entry_pair), for two boxes at once: low (x, x, y, y),
     /// low and high (z, z, x, x), high (y, y, z, z).
     pub(crate) pair_origins: [[f32; 4]; 3],
     /// The inverse direction in the same lane order.

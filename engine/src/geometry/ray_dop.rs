@@ -33,13 +33,7 @@ impl DiagonalRay {
 }
 
 impl Dop14 {
-    /// Entry distance of a ray, at least `t_min`; `None` where it misses or enters beyond `t_max`. Errs towards hits: the planes across
-    /// the axes are those of [`Aabb::entry`](crate::geometry::Aabb::entry), and the others have room for all rounding.
-    pub fn entry(&self, ray: &PreparedRay, diagonals: &DiagonalRay, t_min: f32, t_max: f32) -> Option<f32> {
-        self.entry_inlined(ray, diagonals, t_min, t_max)
-    }
-
-    /// [`Dop14::entry`] for the one place where a call would cost.
+    /// [`Container::entry`](super::Container::entry), inlined for the one place where a call would cost.
     #[inline(always)]
     pub(crate) fn entry_inlined(
         &self,
@@ -63,7 +57,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::sphere::tests::{SCALES, numbers};
-    use crate::geometry::{Ray, Triangle};
+    use crate::geometry::{Container as _, Ray, Triangle};
 
     fn entry(polytope: &Dop14, ray: Ray, t_min: f32, t_max: f32) -> Option<f32> {
         let ray = PreparedRay::new(ray);
@@ -79,7 +73,7 @@ mod tests {
                 let a = point(size);
                 let thin = if case % 2 == 0 { 1.0 } else { 1e-3 };
                 let triangle = Triangle { a, b: point(size), c: a + point(size) * thin };
-                let polytope = Dop14::around_triangle(&triangle);
+                let polytope = Dop14::of_triangle(&triangle);
                 let weights = point(1.0).abs();
                 let weights = weights / weights.element_sum();
                 let inside = triangle.a * weights.x + triangle.b * weights.y + triangle.c * weights.z;
@@ -105,7 +99,7 @@ mod tests {
         // An octahedron around (5, 0, 0).
         let at = Vec3::X * 5.0;
         let polytope = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| Triangle { a: at - axis, b: at + axis, c: at });
-        let polytope = polytope.map(|triangle| Dop14::around_triangle(&triangle));
+        let polytope = polytope.map(|triangle| Dop14::of_triangle(&triangle));
         let polytope = polytope.iter().fold(Dop14::EMPTY, |all, one| all.union(one));
         let ray = |direction: Vec3| Ray::new(Vec3::ZERO, direction);
         let hit = entry(&polytope, ray(Vec3::X * 2.0), 0.0, 10.0);

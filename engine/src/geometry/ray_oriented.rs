@@ -1,10 +1,9 @@
 //! Intersection of rays with oriented boxes.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 
-use super::intersect::FAR_SLACK;
-use super::oriented::{ORIENTED_PAD, OrientedBox};
-use super::prepared_ray::{PARALLEL_PAD, PreparedRay};
+use super::oriented::ORIENTED_PAD;
+use super::prepared_ray::PreparedRay;
 use super::ray::Ray;
 
 /// Sum of an origin's absolute coordinates above which dot products with it may leave the range of single precision.
@@ -31,37 +30,15 @@ impl OrientedRay {
     }
 }
 
-impl OrientedBox {
-    /// Entry distance of a ray, at least `t_min`; `None` where it misses or enters beyond `t_max`. Errs towards hits: the planes have
-    /// room for all rounding, see `docs/containers.md`.
-    #[inline(always)]
-    pub fn entry(&self, ray: &OrientedRay, t_min: f32, t_max: f32) -> Option<f32> {
-        let [a, b, c] = self.normals;
-        let rows = [Vec3A::new(a.x, b.x, c.x), Vec3A::new(a.y, b.y, c.y), Vec3A::new(a.z, b.z, c.z)];
-        let along = |v: Vec3| rows[0] * v.x + rows[1] * v.y + rows[2] * v.z;
-        let (origin, reciprocal) = (along(ray.origin), along(ray.direction).recip());
-        // Where the ray is parallel to planes, it passes if the origin lies between them.
-        let parallel = !reciprocal.is_finite_mask();
-        let inverse = Vec3A::select(parallel, Vec3A::MAX, reciprocal);
-        let pad = Vec3A::select(parallel, Vec3A::splat(ray.pad + PARALLEL_PAD), Vec3A::splat(ray.pad));
-        let t0 = (Vec3A::from_array(self.low) - (origin + pad)) * inverse;
-        let t1 = (Vec3A::from_array(self.high) - (origin - pad)) * inverse;
-        let near = t0.min(t1).max_element();
-        let far = t0.max(t1).min_element() * FAR_SLACK;
-        let entry = if near > t_min { near } else { t_min };
-        // An empty box is inverted and must stay a miss.
-        (entry <= far && entry <= t_max && self.low[0] <= self.high[0]).then_some(entry)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::sphere::tests::{SCALES, numbers};
-    use crate::geometry::{Aabb, Extremes, OrientedKind, Ray, Triangle, intervals};
+    use crate::geometry::{Aabb, Container as _, Extremes, OrientedBox, OrientedKind, Ray, Triangle, intervals};
 
     fn entry(container: &OrientedBox, ray: Ray, t_min: f32, t_max: f32) -> Option<f32> {
-        container.entry(&OrientedRay::new(&PreparedRay::new(ray)), t_min, t_max)
+        let ray = PreparedRay::new(ray);
+        container.entry(&ray, &OrientedRay::new(&ray), t_min, t_max)
     }
 
     fn around(points: &[Vec3]) -> OrientedBox {
@@ -82,7 +59,7 @@ mod tests {
                 let a = point(size);
                 let thin = if case % 2 == 0 { 1.0 } else { 1e-3 };
                 let mut triangle = Triangle { a, b: point(size), c: a + point(size) * thin };
-                let mut container = OrientedBox::around_triangle(&triangle);
+                let mut container = OrientedBox::of_triangle(&triangle);
                 if case % 5 == 0 {
                     // One in a skewed box.
                     let [u, v, w] = point(size).to_array();
@@ -123,7 +100,7 @@ mod tests {
         // A rod along the diagonal of the x-y plane.
         let ends = [Vec3::ZERO, Vec3::new(4.0, 4.0, 0.0)];
         let rod = Triangle { a: ends[0], b: ends[1], c: ends[0] + Vec3::Z * 0.1 };
-        let container = OrientedBox::around_triangle(&rod);
+        let container = OrientedBox::of_triangle(&rod);
         let ray = |from: Vec3, direction: Vec3| Ray::new(from, direction);
         let through = ray(Vec3::new(3.0, 0.0, 0.02), Vec3::Y);
         let hit = entry(&container, through, 0.0, 10.0);

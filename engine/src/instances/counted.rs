@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::copies::{MeshCopies, PlacedMesh};
 use super::hit::InstanceHit;
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, PreparedRay, Ray, Shear, Triangle};
+use crate::geometry::{Aabb, Container as _, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::simd::baseline;
 use crate::query::{ClosestPoint, NearestPoint, each_near_leaf};
 use crate::tree::Tree;

@@ -104,12 +104,12 @@ impl PrimitiveContainer for Dop14 {
 
     #[inline(always)]
     fn from_cached((): &(), triangle: &Triangle) -> Self {
-        Self::around_triangle(triangle)
+        Self::of_triangle(triangle)
     }
 
     #[inline(always)]
     fn fields_from_cached<S: Simd>(_: S, (): &(), triangle: &Triangle) -> [f32; 14] {
-        bytemuck::cast(Self::around_triangle(triangle))
+        bytemuck::cast(Self::of_triangle(triangle))
     }
 
     #[inline(always)]

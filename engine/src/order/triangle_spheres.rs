@@ -4,7 +4,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use crate::geometry::{Sphere, Triangle};
+use crate::geometry::{Container as _, Sphere, Triangle};
 use crate::kernel::lanes::LANES;
 
 /// Range of the longest edge's squared length within which the computation neither underflows nor overflows.
@@ -15,7 +15,7 @@ const SLIVER: f32 = 1e-3;
 /// Exceeds the relative rounding error of the differences, the square root and this product.
 const ROUND_UP: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// Centre and radius (x, y, z, r) of the bounding sphere of each of `triangles`, see [`Sphere::around_triangle`]: never smaller
+/// Centre and radius (x, y, z, r) of the bounding sphere of each of `triangles`, see [`Sphere::of_triangle`]: never smaller
 /// than that, and larger by rounding only.
 #[inline(always)]
 pub fn spheres_around<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> [[f32; 4]; LANES] {
@@ -66,7 +66,7 @@ pub fn spheres_around<S: Simd>(simd: S, triangles: &[Triangle; LANES]) -> [[f32;
     for (lane, (sphere, triangle)) in spheres.iter_mut().zip(triangles).enumerate() {
         *sphere = [columns[0][lane], columns[1][lane], columns[2][lane], columns[3][lane]];
         if safe >> lane & 1 == 0 {
-            let Sphere { center, radius } = Sphere::around_triangle(triangle);
+            let Sphere { center, radius } = Sphere::of_triangle(triangle);
             *sphere = [center.x, center.y, center.z, radius];
         }
     }
@@ -127,7 +127,7 @@ mod tests {
             }
             for (triangle, [x, y, z, radius]) in triangles.iter().zip(expected) {
                 let sphere = Sphere { center: Vec3::new(x, y, z), radius };
-                let smallest = Sphere::around_triangle(triangle);
+                let smallest = Sphere::of_triangle(triangle);
                 // The centre moves by half a unit in the last place of its coordinates.
                 let rounding = smallest.center.abs().max_element() * f32::EPSILON * 2.0;
                 assert!(radius <= smallest.radius * 1.001 + rounding, "{triangle:?} → {sphere:?}, {smallest:?}");

@@ -47,7 +47,7 @@ use on_boxes::on_boxes;
 use rotate::rotate;
 
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::Triangle;
+use crate::geometry::{Container as _, Triangle};
 use crate::optimize::{reinsert_worst, write_in_order};
 use crate::tree::{AnyTree, Tree, with_built_tree};
 

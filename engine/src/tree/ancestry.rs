@@ -4,9 +4,9 @@ use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::zeros;
 
-use super::container::Container;
 use super::node::{Node, Tree};
 use super::validate::containment_slack;
+use crate::geometry::Container;
 
 /// Parent and number of primitives of every node. Takes two passes over the tree.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use crate::cancel::{CancelToken, Cancelled};
 
-use super::container::Container;
 use super::node::{Node, Tree};
+use crate::geometry::Container;
 
 /// Most children of a node.
 const MAX_ARITY: usize = Node::<()>::MAX_ARITY as usize;

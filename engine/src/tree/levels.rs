@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 
-use super::container::Container;
 use super::node::Tree;
+use crate::geometry::Container;
 
 /// Maximum number of nodes that [`Levels::new`] lists, in whole depths. Few, because every rebuild lists them again, and yet more
 /// than can be told apart on a screen.

@@ -2,7 +2,6 @@
 //! traversal that counts tests or records them, visits of nodes by many rays, and the nodes that two trees have in common. All
 //! of it takes trees of any arity; builders make binary ones. Knows no builder and no wide tree.
 
-pub mod container;
 pub mod node;
 
 pub mod ancestry;
@@ -24,6 +23,6 @@ pub mod visits;
 
 pub mod survival;
 
-pub use container::{Container, ContainerKind};
+pub use crate::geometry::{Container, ContainerKind};
 pub(crate) use node::with_built_tree;
 pub use node::{AnyTree, Node, Tree};

@@ -6,7 +6,7 @@ use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, area_scale};
 use crate::kernel::parallel::{par_collect, par_tasks, zeros};
 
-use super::container::{Container, ContainerKind};
+use crate::geometry::{Container, ContainerKind};
 
 /// Bit of [`Node::count`] that marks an interior node with another number of children than two.
 const OTHER_ARITY: u32 = 1 << 31;

@@ -3,9 +3,9 @@
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 
-use super::container::Container;
 use super::node::{Node, Tree};
 use super::statistics::{INTERSECTION_COST, TreeStats};
+use crate::geometry::Container;
 
 /// Surface area of the container of `node` over the root's, 0 to 1: how likely a random line that meets the root meets the node
 /// (Goldsmith and Salmon: *Automatic Creation of Object Hierarchies*, 1987). 1 where the root has no area.

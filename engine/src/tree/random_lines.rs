@@ -3,7 +3,7 @@
 use crate::geometry::Ray;
 use crate::kernel::mix::{mix64, next_unit};
 
-use super::container::Container;
+use crate::geometry::Container;
 
 /// Random lines that meet a container, such as the root's, each a ray from outside of it to infinity.
 ///

@@ -5,8 +5,8 @@ use crate::kernel::parallel::par_tasks;
 use crate::kernel::prefetch::prefetch;
 use crate::with_tree;
 
-use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
+use crate::geometry::{Container, ContainerKind};
 
 /// Cost of one test of a box or a sphere, in the unit of [`INTERSECTION_COST`]; see
 /// [`traversal_cost`](crate::tree::ContainerKind::traversal_cost).

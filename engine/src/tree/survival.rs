@@ -4,8 +4,8 @@ use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::kernel::mix::mix64;
 use crate::kernel::parallel::{par_collect_in_chunks, zeros};
 
-use super::container::Container;
 use super::node::Tree;
+use crate::geometry::Container;
 
 /// Stands for no node.
 const NO_NODE: u32 = u32::MAX;

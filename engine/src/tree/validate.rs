@@ -3,8 +3,8 @@
 use crate::geometry::{Aabb, Triangle};
 use crate::with_tree;
 
-use super::container::{Container, ContainerKind};
 use super::node::{AnyTree, Node, Tree};
+use crate::geometry::{Container, ContainerKind};
 
 /// Tolerance of containment for spheres, as a fraction of the scene's size, because square roots and quotients are rounded. Boxes
 /// are exact, polytopes and oriented ones are padded.

@@ -6,10 +6,10 @@ use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::Ray;
 use crate::kernel::parallel::{par_collect, par_tasks};
 
-use super::container::Container;
 use super::node::Tree;
 use super::node_metrics::{area_share, visit_cost};
 use super::traverse::{LeafTriangles, Probe, Traversal, any_hit_with, closest_hit};
+use crate::geometry::Container;
 
 /// Purpose of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -36,7 +36,7 @@ pub struct OrientedLaneRay<S: Simd> {
 }
 
 impl<S: Simd> LaneTest<S, OrientedLanes> for OrientedLaneRay<S> {
-    /// With the rounding of [`OrientedBox::entry`].
+    /// With the rounding of [`Container::entry`](crate::tree::Container::entry) of [`OrientedBox`].
     #[inline(always)]
     fn intersect_lanes(&self, simd: S, bounds: &OrientedLanes, t_max: f32) -> (mask32x8<S>, f32x8<S>) {
         let (one, largest) = (f32x8::splat(simd, 1.0), f32x8::splat(simd, f32::MAX));

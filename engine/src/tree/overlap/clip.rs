@@ -2,8 +2,8 @@
 
 use arrayvec::ArrayVec;
 
+use crate::geometry::Container;
 use crate::geometry::{Aabb, Dop14, OrientedBox, Sphere, Triangle, cut};
-use crate::tree::container::Container;
 
 /// A container that a triangle can be clipped against.
 pub(super) trait Clip: Container {

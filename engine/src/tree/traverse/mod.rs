@@ -8,9 +8,9 @@ use std::ops::{ControlFlow, Range};
 
 use fearless_simd::Simd;
 
+use crate::geometry::Container;
 use crate::geometry::{Hit, PreparedRay, Ray, Shear};
 use crate::kernel::simd::baseline;
-use crate::tree::container::Container;
 use crate::tree::node::Tree;
 
 mod any_tree;

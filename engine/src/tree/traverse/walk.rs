@@ -5,8 +5,8 @@ use std::ops::{ControlFlow, Range};
 use fearless_simd::Simd;
 
 use super::probe::Probe;
+use crate::geometry::Container;
 use crate::geometry::{PreparedRay, Shear};
-use crate::tree::container::Container;
 use crate::tree::node::{Node, Tree};
 
 /// A node still to be visited, with the entry distance of the ray.

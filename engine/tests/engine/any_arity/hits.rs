@@ -6,7 +6,7 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Dop14, Ray, Sphere};
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes};
 use bvhscope_engine::tree::traverse::{NoProbe, RayEvent, RayLog, Traversal, closest_hit, closest_hit_with, new_stack};
-use bvhscope_engine::tree::{AnyTree, Node, Tree};
+use bvhscope_engine::tree::{AnyTree, Container as _, Node, Tree};
 use glam::Vec3;
 
 use super::{ARITIES, irregular, widened};
