@@ -77,13 +77,11 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         let (mut pairs, [left_slots, right_slots]) = slots.split(plan, sides);
         // C = build_tree(P_left) ∪ build_tree(P_right)
         let [left, right] = &**sides;
-        let fork = token.fork();
-        let (left, right) = rayon::join(
-            || fork.task(|token| self.build_tree(left, left_slots, token)),
-            || fork.task(|token| self.build_tree(right, right_slots, token)),
-        );
-        fork.join();
-        let (Forest { mut clusters, mut tasks }, mut right) = (left?, right?);
+        let (Forest { mut clusters, mut tasks }, mut right) = token.both(
+            true,
+            |token| self.build_tree(left, left_slots, token),
+            |token| self.build_tree(right, right_slots, token),
+        )?;
         clusters.append(&right.clusters, 0, right.clusters.len);
         tasks.append(&mut right.tasks);
         // return combine_clusters(C, f(|P|))

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish, pair_node};
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::zeros;
@@ -48,14 +48,7 @@ pub fn build<C: ClusterContainer>(
     }
     let mut slots: Vec<ChildPair<C>> = zeros(primitives.len(), token)?;
     let root = split(&mut primitives, &mut slots, 0, 0, token)?;
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| primitives[position].index, token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| primitives[position].index, start, token, times)
 }
 
 /// Builds the node over `primitives`, the first of which has index `offset` in the whole list.
@@ -73,26 +66,12 @@ fn split<C: ClusterContainer>(
     let forks = primitives.len() > FORK_ABOVE;
     let (left_primitives, right_primitives) = primitives.split_at_mut(middle);
     let (left_slots, right_slots) = slots.split_at_mut(middle);
-    let (left, right) = if forks {
-        token.check()?;
-        let fork = token.fork();
-        rayon::join(
-            || fork.task(|token| split(left_primitives, left_slots, offset, depth + 1, token)),
-            || fork.task(|token| split(right_primitives, right_slots, offset + middle, depth + 1, token)),
-        )
-    } else {
-        (
-            split(left_primitives, left_slots, offset, depth + 1, token),
-            split(right_primitives, right_slots, offset + middle, depth + 1, token),
-        )
-    };
-    let (left, right) = (left?, right?);
-    slots[middle - 1] = [left, right];
-    Ok(Node {
-        container: left.container.union(&right.container),
-        first: (offset + middle - 1) as u32,
-        count: left.count + right.count,
-    })
+    let children = token.both(
+        forks,
+        |token| split(left_primitives, left_slots, offset, depth + 1, token),
+        |token| split(right_primitives, right_slots, offset + middle, depth + 1, token),
+    )?;
+    Ok(pair_node(slots, offset, middle, children))
 }
 
 /// Partitions `primitives` by the cheapest binned split and returns the size of the left side.

@@ -1,9 +1,12 @@
 //! Flattens the pairs of nodes that top-down builders produce into a tree in depth-first order, siblings together. The
 //! agglomerative builder writes its nodes in place.
 
+use std::time::Instant;
+
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::parallel::{par_tasks, zeros};
+use crate::stage_times::StageTimes;
 use crate::tree::{Container, Node, Tree};
 
 /// The two children of an interior node during construction. A node's `count` is then the number of primitives below
@@ -58,9 +61,44 @@ impl<C: Container> FlattenTask<C> {
     }
 }
 
+/// Writes both children of a node to their slot, that of the last of the `middle` places of the left side, and returns the node. No other
+/// split lies between the last place of the left side and the first of the right one, so the slot is unique. `slots` begin at `offset`.
+pub fn pair_node<C: Container>(
+    slots: &mut [ChildPair<C>],
+    offset: usize,
+    middle: usize,
+    (left, right): (Node<C>, Node<C>),
+) -> Node<C> {
+    slots[middle - 1] = [left, right];
+    Node {
+        container: left.container.union(&right.container),
+        first: (offset + middle - 1) as u32,
+        count: left.count + right.count,
+    }
+}
+
+/// The end of a build whose stage "tree" began at `start`: notes that stage, and flattens what it made.
+pub fn finish<C: ClusterContainer>(
+    root: Node<C>,
+    slots: &[ChildPair<C>],
+    primitive_at: impl Fn(usize) -> u32 + Sync,
+    start: Instant,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Tree<C>, Cancelled> {
+    times.stages.push(("tree", start.elapsed()));
+    token.check()?;
+    token.begin_stage("flatten");
+    let start = Instant::now();
+    let tree = flatten(root, slots, primitive_at, token)?;
+    times.stages.push(("flatten", start.elapsed()));
+    token.set_progress(1.0);
+    Ok(tree)
+}
+
 /// Flattens the tree under `root`, whose descendants are in `slots`; `primitive_at` maps positions to primitive
 /// indices. Iterative, because trees can be deep.
-pub fn flatten<C: ClusterContainer>(
+fn flatten<C: ClusterContainer>(
     root: Node<C>,
     slots: &[ChildPair<C>],
     primitive_at: impl Fn(usize) -> u32 + Sync,

@@ -8,7 +8,7 @@
 use std::time::Instant;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish};
 use crate::builders::ploc::nearest;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -51,15 +51,7 @@ pub fn build<C: ClusterContainer>(
     combine(&Input { triangles, sorted: &sorted }, 0, &mut slots, &mut clusters, token)?;
     merge(&mut clusters, 0, 1, 0, &mut slots);
     let root = clusters[0].node;
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| sorted.primitive(position), token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
 }
 
 /// The primitives, and their order.
@@ -89,14 +81,12 @@ fn combine<C: ClusterContainer>(
     let middle = input.sorted.make_partition(&range);
     let (left_slots, right_slots) = slots.split_at_mut(middle - first);
     if range.len() > FORK_ABOVE {
-        token.check()?;
-        let fork = token.fork();
         let mut right_clusters = Vec::with_capacity(2 * WAVE);
-        let (left, right) = rayon::join(
-            || fork.task(|token| combine(input, first, left_slots, clusters, token)),
-            || fork.task(|token| combine(input, middle, right_slots, &mut right_clusters, token)),
-        );
-        left.and(right)?;
+        token.both(
+            true,
+            |token| combine(input, first, left_slots, clusters, token),
+            |token| combine(input, middle, right_slots, &mut right_clusters, token),
+        )?;
         clusters.append(&mut right_clusters);
     } else {
         combine(input, first, left_slots, clusters, token)?;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::Instant;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish, pair_node};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::zeros;
@@ -30,14 +30,7 @@ pub fn build<C: ClusterContainer>(
     let start = Instant::now();
     let mut slots: Vec<ChildPair<C>> = zeros(triangles.len(), token)?;
     let root = split(triangles, &sorted, 0..triangles.len(), &mut slots, 0, token)?;
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| sorted.primitive(position), token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
 }
 
 /// Builds the node over `range`; its children go to the slot of the last primitive of the left side. The depth of the
@@ -56,22 +49,10 @@ fn split<C: ClusterContainer>(
     }
     let middle = sorted.make_partition(&range);
     let (left_slots, right_slots) = slots.split_at_mut(middle - offset);
-    let (left, right) = if range.len() > FORK_ABOVE {
-        token.check()?;
-        let fork = token.fork();
-        rayon::join(
-            || fork.task(|token| split(triangles, sorted, range.start..middle, left_slots, offset, token)),
-            || fork.task(|token| split(triangles, sorted, middle..range.end, right_slots, middle, token)),
-        )
-    } else {
-        (
-            split(triangles, sorted, range.start..middle, left_slots, offset, token),
-            split(triangles, sorted, middle..range.end, right_slots, middle, token),
-        )
-    };
-    let (left, right) = (left?, right?);
-    // No other split lies between these two neighbours, so the slot is unique.
-    let slot = middle - 1;
-    slots[slot - offset] = [left, right];
-    Ok(Node { container: left.container.union(&right.container), first: slot as u32, count: left.count + right.count })
+    let children = token.both(
+        range.len() > FORK_ABOVE,
+        |token| split(triangles, sorted, range.start..middle, left_slots, offset, token),
+        |token| split(triangles, sorted, middle..range.end, right_slots, middle, token),
+    )?;
+    Ok(pair_node(slots, offset, middle - offset, children))
 }

@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, par_collect_in_chunks, par_tasks, zeros};
@@ -55,15 +55,7 @@ pub fn build<C: ClusterContainer>(
     }
     let root = clusters[0];
     drop((clusters, next));
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| sorted.primitive(position), token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
 }
 
 /// A round: for each cluster the other one of its pair, and where its batch writes.

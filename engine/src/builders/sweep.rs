@@ -7,10 +7,10 @@ use std::time::Instant;
 use glam::Vec3;
 
 use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish, pair_node};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
-use crate::kernel::parallel::{par_collect, par_tasks, zeros};
+use crate::kernel::parallel::{par_collect, tasks_if, zeros};
 use crate::order::radix_sort;
 use crate::stage_times::StageTimes;
 use crate::tree::{Node, Tree};
@@ -99,15 +99,7 @@ pub fn build<C: ClusterContainer>(
         Range { orders: orders.each_mut().map(Vec::as_mut_slice), scratch: scratch.each_mut().map(Vec::as_mut_slice) };
     let root = split(&primitives, range, &mut slots, 0, 0, token)?;
     drop((scratch, primitives));
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| orders[0][position], token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| orders[0][position], start, token, times)
 }
 
 /// Indices of the primitives in the order of their centres along `axis`, of equal ones by index.
@@ -145,26 +137,12 @@ fn split<C: ClusterContainer>(
     let forks = range.len() > FORK_ABOVE;
     let (left_slots, right_slots) = slots.split_at_mut(middle);
     let [left, right] = range.split_at(middle);
-    let (left, right) = if forks {
-        token.check()?;
-        let fork = token.fork();
-        rayon::join(
-            || fork.task(|token| split(primitives, left, left_slots, offset, depth + 1, token)),
-            || fork.task(|token| split(primitives, right, right_slots, offset + middle, depth + 1, token)),
-        )
-    } else {
-        (
-            split(primitives, left, left_slots, offset, depth + 1, token),
-            split(primitives, right, right_slots, offset + middle, depth + 1, token),
-        )
-    };
-    let (left, right) = (left?, right?);
-    slots[middle - 1] = [left, right];
-    Ok(Node {
-        container: left.container.union(&right.container),
-        first: (offset + middle - 1) as u32,
-        count: left.count + right.count,
-    })
+    let children = token.both(
+        forks,
+        |token| split(primitives, left, left_slots, offset, depth + 1, token),
+        |token| split(primitives, right, right_slots, offset + middle, depth + 1, token),
+    )?;
+    Ok(pair_node(slots, offset, middle, children))
 }
 
 /// The best split of `range`, of at least two primitives, along any axis; of equal ones that along the first axis.
@@ -178,46 +156,41 @@ fn best_split<C: ClusterContainer>(
     let axes = scratch.each_mut().into_iter().zip(orders).enumerate();
     let axes = axes.map(|(axis, (areas, order))| (axis, &**order, &mut **areas));
     let sweep = |(axis, order, areas): (usize, &[u32], &mut [u32]), token: &CancelToken| {
-        sweep_axis(&primitives.containers, order, areas, axis, token)
+        best_split_in_order(order.len(), |at| &primitives.containers[order[at] as usize], areas, axis, token)
     };
-    let splits: Vec<Split> = if forks {
-        par_tasks(axes, token, sweep)?
-    } else {
-        axes.map(|axis| sweep(axis, token)).collect::<Result<_, _>>()?
-    };
-    Ok(splits
+    Ok(tasks_if(forks, axes, token, sweep)?
         .into_iter()
         .reduce(|best, split| if split.is_better_than(&best) { split } else { best })
         .unwrap_or_else(|| unreachable!("there are three axes")))
 }
 
-/// The best split of the primitives in `order`, which is that along `axis`. `areas` is memory for as many numbers.
-fn sweep_axis<C: ClusterContainer>(
-    containers: &[C],
-    order: &[u32],
+/// The best split of `count` primitives, of two at least, whose containers are in the order along `axis`. `areas` is memory for as many
+/// numbers.
+pub fn best_split_in_order<'a, C: ClusterContainer>(
+    count: usize,
+    container: impl Fn(usize) -> &'a C,
     areas: &mut [u32],
     axis: usize,
     token: &CancelToken,
 ) -> Result<Split, Cancelled> {
-    let count = order.len();
     // Areas of all primitives from each one on.
     let mut right = C::EMPTY;
     for at in (1..count).rev() {
         if at % MEDIUM_STEPS == 0 {
             token.check()?;
         }
-        right = right.union(&containers[order[at] as usize]);
+        right = right.union(container(at));
         areas[at] = right.relative_area().to_bits();
     }
     let mut left = C::EMPTY;
     let mut best = Split { cost: f64::INFINITY, axis, left: count / 2, imbalance: usize::MAX };
-    for at in 1..count {
+    for (at, right_area) in areas.iter().enumerate().skip(1) {
         if at % MEDIUM_STEPS == 0 {
             token.check()?;
         }
-        left = left.union(&containers[order[at - 1] as usize]);
-        let right_area = f32::from_bits(areas[at]);
-        let cost = f64::from(left.relative_area()) * at as f64 + f64::from(right_area) * (count - at) as f64;
+        left = left.union(container(at - 1));
+        let cost =
+            f64::from(left.relative_area()) * at as f64 + f64::from(f32::from_bits(*right_area)) * (count - at) as f64;
         let split = Split { cost, axis, left: at, imbalance: count.abs_diff(2 * at) };
         if split.is_better_than(&best) {
             best = split;
@@ -242,11 +215,7 @@ fn divide(centres: &[Vec3], range: &mut Range<'_>, split: &Split, token: &Cancel
     let partition = |(order, scratch): (&mut [u32], &mut [u32]), token: &CancelToken| {
         partition_stable(order, scratch, split.left, is_left, token)
     };
-    if forks {
-        par_tasks(others, token, partition).map(drop)
-    } else {
-        others.into_iter().try_for_each(|lists| partition(lists, token))
-    }
+    tasks_if(forks, others, token, partition).map(drop)
 }
 
 /// Moves those of `list` that are left, `left` of them, to its front. Both sides keep their order.

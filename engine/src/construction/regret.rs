@@ -299,12 +299,12 @@ impl<C: ClusterContainer> Rebuild<'_, C> {
         let middle = if depth < MAX_SPLIT_DEPTH { best_split(primitives, token)? } else { primitives.len() / 2 };
         let forks = primitives.len() > FORK_ABOVE;
         let (left, right) = primitives.split_at_mut(middle);
-        let (left, right) = if forks {
-            rayon::join(|| self.split(left, depth + 1, token), || self.split(right, depth + 1, token))
-        } else {
-            (self.split(left, depth + 1, token), self.split(right, depth + 1, token))
-        };
-        Ok(self.join(&left?, &right?))
+        let (left, right) = token.both(
+            forks,
+            |token| self.split(left, depth + 1, token),
+            |token| self.split(right, depth + 1, token),
+        )?;
+        Ok(self.join(&left, &right))
     }
 
     /// Cost of the subtree of exact clustering.

@@ -19,7 +19,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::task_log::Strand;
 
 /// A point from which tasks go on at the same time, until [`Fork::join`].
@@ -56,6 +56,24 @@ impl CancelToken {
         if let Some(strand) = self.strand() {
             strand.cut(1);
         }
+    }
+
+    /// The results of `left` and `right`: as the tasks of a fork, after a cancellation check, where `parallel`; else one after the other.
+    #[inline]
+    pub fn both<A: Send, B: Send>(
+        &self,
+        parallel: bool,
+        left: impl FnOnce(&Self) -> Result<A, Cancelled> + Send,
+        right: impl FnOnce(&Self) -> Result<B, Cancelled> + Send,
+    ) -> Result<(A, B), Cancelled> {
+        if !parallel {
+            return Ok((left(self)?, right(self)?));
+        }
+        self.check()?;
+        let fork = self.fork();
+        let (left, right) = rayon::join(|| fork.task(left), || fork.task(right));
+        fork.join();
+        Ok((left?, right?))
     }
 
     /// Begins a fork.

@@ -58,6 +58,16 @@ pub fn par_tasks_with<T: Send, S, R: Send>(
     results.collect()
 }
 
+/// [`par_tasks`] where `parallel`; else one after the other, without the checks.
+pub(crate) fn tasks_if<T: Send, R: Send>(
+    parallel: bool,
+    tasks: impl IntoIterator<Item = T>,
+    token: &CancelToken,
+    work: impl Fn(T, &CancelToken) -> Result<R, Cancelled> + Sync,
+) -> Result<Vec<R>, Cancelled> {
+    if parallel { par_tasks(tasks, token, work) } else { tasks.into_iter().map(|task| work(task, token)).collect() }
+}
+
 /// A task of [`par_tasks`].
 enum Task<T, R> {
     Waiting(T),

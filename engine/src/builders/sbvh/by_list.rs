@@ -3,10 +3,10 @@
 use glam::Vec3;
 
 use crate::builders::sbvh::references::{FORK_ABOVE, Reference};
-use crate::builders::sweep::{Split, ordered_bits};
+use crate::builders::sweep::{Split, best_split_in_order, ordered_bits};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Aabb;
-use crate::kernel::parallel::{par_collect, par_tasks};
+use crate::kernel::parallel::{par_collect, tasks_if};
 use crate::order::radix_sort;
 
 /// A division of a list.
@@ -28,12 +28,7 @@ pub fn best_list_split(references: &[Reference], token: &CancelToken) -> Result<
         return Ok(ListSplit { cost, sides, is_left: vec![true, false] });
     }
     let forks = references.len() > FORK_ABOVE;
-    let swept: Vec<Swept> = if forks {
-        par_tasks(0..3, token, |axis, token| sweep_axis(references, axis, token))?
-    } else {
-        (0..3).map(|axis| sweep_axis(references, axis, token)).collect::<Result<_, _>>()?
-    };
-    let Swept { split, order } = swept
+    let Swept { split, order } = tasks_if(forks, 0..3, token, |axis, token| sweep_axis(references, axis, token))?
         .into_iter()
         .reduce(|best, swept| if swept.split.is_better_than(&best.split) { swept } else { best })
         .unwrap_or_else(|| unreachable!("there are three axes"));
@@ -75,29 +70,6 @@ fn sweep_axis(references: &[Reference], axis: usize, token: &CancelToken) -> Res
         keys
     };
     let bounds_at = |at: usize| &references[order[at] as u32 as usize].bounds;
-    // Areas of all references from each one on.
-    let mut areas = vec![0.0; count];
-    let mut right = Aabb::EMPTY;
-    for at in (1..count).rev() {
-        if at % MEDIUM_STEPS == 0 {
-            token.check()?;
-        }
-        right = right.union(bounds_at(at));
-        areas[at] = right.half_area();
-    }
-    let mut left = Aabb::EMPTY;
-    let mut best: Option<Split> = None;
-    for (at, right_area) in areas.into_iter().enumerate().skip(1) {
-        if at % MEDIUM_STEPS == 0 {
-            token.check()?;
-        }
-        left = left.union(bounds_at(at - 1));
-        let cost = f64::from(left.half_area()) * at as f64 + f64::from(right_area) * (count - at) as f64;
-        let split = Split { cost, axis, left: at, imbalance: count.abs_diff(2 * at) };
-        if best.is_none_or(|best| split.is_better_than(&best)) {
-            best = Some(split);
-        }
-    }
-    let split = best.unwrap_or_else(|| unreachable!("two references have a division"));
+    let split = best_split_in_order(count, bounds_at, &mut vec![0; count], axis, token)?;
     Ok(Swept { split, order })
 }

@@ -8,7 +8,7 @@ use crate::builders::sbvh::references::{FORK_ABOVE, Reference, Scene};
 use crate::builders::sbvh::sides::{SideWriter, Sides};
 use crate::cancel::{CancelToken, Cancelled, HEAVY_STEPS};
 use crate::geometry::{Aabb, Triangle};
-use crate::kernel::parallel::par_tasks;
+use crate::kernel::parallel::tasks_if;
 
 /// Number of slabs along each axis; planes are tried between them.
 const SLABS: usize = 32;
@@ -61,11 +61,7 @@ pub fn best_plane_split(
     let along = |axis: usize, token: &CancelToken| -> Result<Option<PlaneSplit>, Cancelled> {
         Ok(Slabs::new(scene, references, bounds, axis, token)?.best_plane(references.len(), spare))
     };
-    let splits: Vec<Option<PlaneSplit>> = if references.len() > FORK_ABOVE {
-        par_tasks(axes, token, along)?
-    } else {
-        axes.map(|axis| along(axis, token)).collect::<Result<_, _>>()?
-    };
+    let splits = tasks_if(references.len() > FORK_ABOVE, axes, token, along)?;
     Ok(splits.into_iter().flatten().reduce(|best, split| if split.cost < best.cost { split } else { best }))
 }
 

@@ -23,7 +23,7 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use crate::builders::clip::overlap_within;
-use crate::builders::flatten::{ChildPair, flatten};
+use crate::builders::flatten::{ChildPair, finish, pair_node};
 use crate::builders::prepared::MAX_PRIMITIVES;
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
@@ -70,15 +70,7 @@ pub fn build(
     let scene = Scene { triangles, overlap: overlap_within(&bounds), min_common_area: ALPHA * bounds.half_area() };
     let mut slots: Vec<ChildPair<Aabb>> = zeros(capacity, token)?;
     let root = split(&scene, &mut references, count, &mut slots, 0, 0, token)?;
-    times.stages.push(("tree", start.elapsed()));
-    token.check()?;
-
-    token.begin_stage("flatten");
-    let start = Instant::now();
-    let tree = flatten(root, &slots, |position| references[position].triangle, token)?;
-    times.stages.push(("flatten", start.elapsed()));
-    token.set_progress(1.0);
-    Ok(tree)
+    finish(root, &slots, |position| references[position].triangle, start, token, times)
 }
 
 /// Builds the node over the first `count` of `references`, the others of which are spare; the first has the index `offset` in the
@@ -101,26 +93,12 @@ fn split(
     let Sides { counts: [left, right], middle } = divide(scene, references, count, depth, token)?;
     let (left_references, right_references) = references.split_at_mut(middle);
     let (left_slots, right_slots) = slots.split_at_mut(middle);
-    let (left, right) = if count > FORK_ABOVE {
-        let fork = token.fork();
-        rayon::join(
-            || fork.task(|token| split(scene, left_references, left, left_slots, offset, depth + 1, token)),
-            || fork.task(|token| split(scene, right_references, right, right_slots, offset + middle, depth + 1, token)),
-        )
-    } else {
-        (
-            split(scene, left_references, left, left_slots, offset, depth + 1, token),
-            split(scene, right_references, right, right_slots, offset + middle, depth + 1, token),
-        )
-    };
-    let (left, right) = (left?, right?);
-    // The last place of the left side divides no node below it, so the slot is unique.
-    slots[middle - 1] = [left, right];
-    Ok(Node {
-        container: left.container.union(&right.container),
-        first: (offset + middle - 1) as u32,
-        count: left.count + right.count,
-    })
+    let children = token.both(
+        count > FORK_ABOVE,
+        |token| split(scene, left_references, left, left_slots, offset, depth + 1, token),
+        |token| split(scene, right_references, right, right_slots, offset + middle, depth + 1, token),
+    )?;
+    Ok(pair_node(slots, offset, middle, children))
 }
 
 /// Divides the first `count` of `references`, of at least two, by the cheaper of both kinds of splits. A plane must also cost less than a
