@@ -101,11 +101,7 @@ fn row(name: &str, instances: &Instances, works: &[Workload]) -> TreeRow {
     let counts = counts(works, |ray| {
         closest_hit(instances, ray, &mut tests);
         closest_hit(instances, ray, &mut lines);
-        let mut sum = TestCounts::default();
-        for TestCounts { containers, primitives } in tests.iter_mut().map(std::mem::take) {
-            sum.containers += containers;
-            sum.primitives += primitives;
-        }
+        let sum = tests.iter_mut().map(std::mem::take).sum();
         let mut read = CacheLines::default();
         lines.iter_mut().for_each(|lines| read += lines.take());
         (sum, read)
@@ -132,8 +128,7 @@ fn counts(
         let rays_count = rays.len().max(1) as f64;
         for ray in rays {
             let (of_ray, read) = count(ray);
-            tests.containers += of_ray.containers;
-            tests.primitives += of_ray.primitives;
+            tests += of_ray;
             lines += read;
         }
         let [containers, triangles, bytes] =

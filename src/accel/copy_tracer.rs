@@ -80,12 +80,7 @@ impl<'a> CopyTracer<'a> {
             let hit = first_that_counts(*ray, query.passes, |ray| {
                 self.levels.wide.closest_hit_with(ray, top, meshes).map(|hit| self.numbered(hit))
             });
-            let mut counts = take(top);
-            for TestCounts { containers, primitives } in meshes.iter_mut().map(take) {
-                counts.containers += containers;
-                counts.primitives += primitives;
-            }
-            *found = (hit, counts);
+            *found = (hit, take(top) + meshes.iter_mut().map(take).sum());
         }
     }
 }

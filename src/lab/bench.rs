@@ -83,11 +83,7 @@ fn every_triangle(
             })
             .try_reduce(
                 || (0, TestCounts::default()),
-                |(hits, a), (more, b)| {
-                    let counts =
-                        TestCounts { containers: a.containers + b.containers, primitives: a.primitives + b.primitives };
-                    Ok((hits + more, counts))
-                },
+                |(hits, counts), (more_hits, more)| Ok((hits + more_hits, counts + more)),
             )
     })?;
     Ok(on_a_sample(row, view.size, rays, hits, tests, millis(start.elapsed())))
@@ -115,9 +111,9 @@ fn on_a_sample(
     values.set(BINARY_MRAYS_PER_S, millions_per_second(rays, trace_ms));
     values.set(CONTAINER_TESTS_PER_RAY, per_ray(tests.containers));
     values.set(PRIMITIVE_TESTS_PER_RAY, per_ray(tests.primitives));
-    values.set(TESTS_PER_RAY, per_ray(tests.containers + tests.primitives));
+    values.set(TESTS_PER_RAY, per_ray(tests.total()));
     // Every ray tests every triangle, whether it enters the scene's box or not.
-    values.set(TESTS_PER_ENTERING_RAY, per_ray(tests.containers + tests.primitives));
+    values.set(TESTS_PER_ENTERING_RAY, per_ray(tests.total()));
     values.remove(ENTERING_RAYS);
     row
 }

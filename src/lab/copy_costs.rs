@@ -161,14 +161,14 @@ fn parts(copies: &SceneCopies, accel: &Accel, costs: &CopyCosts, most: usize) ->
         CopyPart { mesh: Some(mesh), mesh_triangles, ..whole(part, copies) }
     };
     let mut meshes: Vec<u32> = (0..copies.mesh_count() as u32).collect();
-    meshes.sort_by_key(|&mesh| Reverse(tests(&of_meshes[mesh as usize])));
+    meshes.sort_by_key(|&mesh| Reverse(of_meshes[mesh as usize].tests.total()));
     parts.extend(
         meshes
             .iter()
             .map(|&mesh| (of_mesh(mesh, PartKind::Mesh, counts[mesh as usize]), cost(&of_meshes[mesh as usize]))),
     );
     let mut dearest: Vec<usize> = (0..costs.copies.len()).filter(|&copy| costs.copies[copy].entered > 0).collect();
-    dearest.sort_by_key(|&copy| Reverse(tests(&costs.copies[copy])));
+    dearest.sort_by_key(|&copy| Reverse(costs.copies[copy].tests.total()));
     dearest.truncate(most);
     parts.extend(dearest.into_iter().map(|copy| {
         let center = accel.scene.triangles.get(copy).map(|stand_in| stand_in.bounds().center().to_array());
@@ -178,19 +178,8 @@ fn parts(copies: &SceneCopies, accel: &Accel, costs: &CopyCosts, most: usize) ->
     parts
 }
 
-fn tests(cost: &CopyCost) -> u64 {
-    cost.tests.containers + cost.tests.primitives
-}
-
 fn sum(a: &CopyCost, b: &CopyCost) -> CopyCost {
-    CopyCost {
-        entered: a.entered + b.entered,
-        hits: a.hits + b.hits,
-        tests: TestCounts {
-            containers: a.tests.containers + b.tests.containers,
-            primitives: a.tests.primitives + b.tests.primitives,
-        },
-    }
+    CopyCost { entered: a.entered + b.entered, hits: a.hits + b.hits, tests: a.tests + b.tests }
 }
 
 impl PartCost {
@@ -204,8 +193,8 @@ impl PartCost {
             wasted_share: ratio(part.entered - part.hits, part.entered),
             container_tests_per_ray: per_ray(part.tests.containers),
             primitive_tests_per_ray: per_ray(part.tests.primitives),
-            tests_per_ray: per_ray(tests(part)),
-            share_of_tests: ratio(tests(part), tests(all)),
+            tests_per_ray: per_ray(part.tests.total()),
+            share_of_tests: ratio(part.tests.total(), all.tests.total()),
         }
     }
 }

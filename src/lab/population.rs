@@ -547,7 +547,7 @@ mod tests {
             let tests_of = |ray: &Ray| {
                 let mut counts = TestCounts::default();
                 accel.closest_hit_with(ray, rays.traversal, &mut counts);
-                counts.containers + counts.primitives
+                counts.total()
             };
             let inside: Vec<&Ray> = list.iter().filter(|ray| accel.scene.is_entered_by(ray)).collect();
             let mean = |rays: &[&Ray]| rays.iter().map(|ray| tests_of(ray)).sum::<u64>() as f64 / rays.len() as f64;

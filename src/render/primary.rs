@@ -42,7 +42,7 @@ impl TestSummary {
     pub fn of_entering_ray(&self) -> Option<EnteringReading> {
         let per_ray = |sum: u64| (sum as f64 / self.entering as f64) as f32;
         (self.entering > 0).then(|| EnteringReading {
-            tests: per_ray(self.entering_tests.containers + self.entering_tests.primitives),
+            tests: per_ray(self.entering_tests.total()),
             container_tests: per_ray(self.entering_tests.containers),
             lines: [self.lines.nodes, self.lines.triangles].map(per_ray),
         })
@@ -80,10 +80,7 @@ pub fn count_tests(request: &RenderRequest, token: &CancelToken) -> Result<TestS
         container_tests_per_ray: per_ray(sum(|tile| tile.tests.containers)),
         primitive_tests_per_ray: per_ray(sum(|tile| tile.tests.primitives)),
         entering: sum(|tile| tile.entering),
-        entering_tests: TestCounts {
-            containers: sum(|tile| tile.entering_tests.containers),
-            primitives: sum(|tile| tile.entering_tests.primitives),
-        },
+        entering_tests: tiles.iter().map(|tile| tile.entering_tests).sum(),
         lines,
         trace_time: start.elapsed(),
     })
@@ -174,11 +171,9 @@ fn trace(
         }
         let mut entering = ArrayVec::<Ray, TILE_AREA>::new();
         for (ray, (_, tests)) in rays.iter().zip(found) {
-            counts.tests.containers += tests.containers;
-            counts.tests.primitives += tests.primitives;
+            counts.tests += *tests;
             if request.accel.scene.is_entered_by(ray) {
-                counts.entering_tests.containers += tests.containers;
-                counts.entering_tests.primitives += tests.primitives;
+                counts.entering_tests += *tests;
                 entering.push(*ray);
             }
         }

@@ -155,7 +155,7 @@ impl Heat {
         let value = match self.0 {
             HeatKind::Containers | HeatKind::WholeRay | HeatKind::Copies => tests.containers,
             HeatKind::Primitives => tests.primitives,
-            _ => tests.containers + tests.primitives,
+            _ => tests.total(),
         };
         Shaded::value(value as f32)
     }

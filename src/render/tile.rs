@@ -27,10 +27,7 @@ impl PassCounts {
         Self {
             hits: self.hits + other.hits,
             nan_samples: self.nan_samples + other.nan_samples,
-            tests: TestCounts {
-                containers: self.tests.containers + other.tests.containers,
-                primitives: self.tests.primitives + other.tests.primitives,
-            },
+            tests: self.tests + other.tests,
         }
     }
 
@@ -164,8 +161,7 @@ impl<S: Shade> Pass<'_, '_, S> {
             pixel.shown += shaded.color;
         }
         counts.hits += u64::from(hit.is_some());
-        counts.tests.containers += tests.containers;
-        counts.tests.primitives += tests.primitives;
+        counts.tests += tests;
         if self.sample == 0 {
             pixel.value = shaded.value;
             if let Some(hit) = hit {

@@ -100,7 +100,7 @@ fn heat_maps_of_a_cut_model_count_the_tests_of_the_clipped_rays() {
         let counts = |ray: &Ray| {
             let mut tests = TestCounts::default();
             accel.closest_hit_with(&plane.clip(ray), Traversal::Ordered, &mut tests);
-            (tests.containers + tests.primitives) as f32
+            tests.total() as f32
         };
         let expected: Vec<f32> = rays(&request).iter().map(counts).collect();
         let frame = traced(&request);

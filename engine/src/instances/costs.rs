@@ -94,10 +94,7 @@ struct CopyLog {
 impl CopyLog {
     /// Tests in all copies.
     fn below(&self) -> TestCounts {
-        self.entered.iter().fold(TestCounts::default(), |sum, (_, tests)| TestCounts {
-            containers: sum.containers + tests.containers,
-            primitives: sum.primitives + tests.primitives,
-        })
+        self.entered.iter().map(|(_, tests)| *tests).sum()
     }
 
     /// Adds the ray, which stands for `weight`, to the sums of the copies, and forgets it.

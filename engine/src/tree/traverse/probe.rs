@@ -1,5 +1,8 @@
 //! Observers of a traversal.
 
+use std::iter::Sum;
+use std::ops::{Add, AddAssign};
+
 use super::ray_event::RayEvent;
 
 /// Observer of the traversal of one ray: receives each test and, if it wants events, every step of the traversal. A probe
@@ -120,6 +123,33 @@ pub struct TestCounts {
     pub containers: u64,
     /// Number of primitive tests.
     pub primitives: u64,
+}
+
+impl TestCounts {
+    /// Number of tests of either kind.
+    pub fn total(self) -> u64 {
+        self.containers + self.primitives
+    }
+}
+
+impl Add for TestCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { containers: self.containers + other.containers, primitives: self.primitives + other.primitives }
+    }
+}
+
+impl AddAssign for TestCounts {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Sum for TestCounts {
+    fn sum<I: Iterator<Item = Self>>(counts: I) -> Self {
+        counts.fold(Self::default(), Self::add)
+    }
 }
 
 impl Probe for TestCounts {
