@@ -3,14 +3,13 @@
 use std::sync::Arc;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
-use super::measure::{Output, check_outputs, of_job};
-use super::picture::note_written;
+use super::measure::of_job;
+use super::output::Output;
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
 use crate::accel::Accel;
 use crate::catalog::settings::Stated;
-use crate::console::{printable_json, printable_lines};
-use crate::export::{Protected, write_file};
+use crate::export::Protected;
 use crate::lab::copy_costs::{CopyRow, copy_costs};
 use crate::lab::population::RayPlan;
 use crate::lab::report_table::copy_tables;
@@ -18,7 +17,6 @@ use crate::lab::rows::write_copies_csv;
 use crate::lab::{Conditions, LabError, ViewConditions};
 use crate::render::RenderSettings;
 use crate::scene::{Instancing, SceneSource};
-use crate::text::counted;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -53,7 +51,7 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.rays.file.as_deref()));
     read.add_standard_streams();
-    check_outputs(&command.output, &read)?;
+    command.output.check_files(&read)?;
     if context.load.instances == Instancing::Auto {
         context.load.instances = Instancing::TwoLevel;
     }
@@ -64,7 +62,7 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     }
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
-    check_outputs(&command.output, &read)?;
+    command.output.check_files(&read)?;
     let camera = camera_of(&command.camera, &scene)?;
     let file = command.rays.read_file(&scene, &context.token)?;
     let has_bad_rays = file.as_ref().is_some_and(|file| !file.faults.is_empty());
@@ -77,8 +75,16 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
         RayPlan { populations: command.rays.populations, camera, size: command.size, settings: command.settings, file };
     let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
     drop(progress);
-    let written = write_rows(&command.output, &rows, &read);
-    let printed = print(command, &rows, context);
+    let written = match &rows[..] {
+        [] => Ok(()),
+        rows => command.output.write_files(
+            rows,
+            write_copies_csv,
+            |_| unreachable!("no flag asks for a plot of copies"),
+            &read,
+        ),
+    };
+    let printed = command.output.print(&rows, write_copies_csv, copy_tables, context.out);
     written?;
     outcome.map_err(|error| of_job(error, &command.source))?;
     ignore_missing_reader(printed)?;
@@ -115,33 +121,4 @@ fn measured(
         });
     });
     (rows, outcome)
-}
-
-/// Writes the CSV file, where there are rows.
-fn write_rows(output: &Output, rows: &[CopyRow], read: &Protected) -> Result<(), Failure> {
-    let Some(path) = output.csv_file().filter(|_| !rows.is_empty()) else { return Ok(()) };
-    write_file(path, read, |writer| write_copies_csv(rows, writer))?;
-    note_written(path, &counted(rows.len() as u64, "rows"));
-    Ok(())
-}
-
-fn print(command: &CopiesCommand, rows: &[CopyRow], context: &mut Context<'_>) -> std::io::Result<()> {
-    if rows.is_empty() {
-        return Ok(());
-    }
-    if command.output.json {
-        return rows
-            .iter()
-            .try_for_each(|row| writeln!(context.out, "{}", printable_json(&serde_json::to_string(row)?)));
-    }
-    if command.output.prints_csv() {
-        return write_copies_csv(rows, context.out).map_err(std::io::Error::other);
-    }
-    for (index, table) in copy_tables(rows).iter().enumerate() {
-        if index > 0 {
-            writeln!(context.out)?;
-        }
-        write!(context.out, "{}", printable_lines(&table.written(command.output.format)))?;
-    }
-    Ok(())
 }

@@ -7,8 +7,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, ignore_missing_reader, in_pool};
-use super::measure::{Output, TraceChoice, check_outputs, of_job, write_files};
+use super::measure::{TraceChoice, of_job};
 use super::moments::MomentChoice;
+use super::output::{Output, json_line};
 use super::picture::{check_written, note_written, write_png};
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
@@ -18,10 +19,11 @@ use crate::budget::Budget;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::numbers::rows::{LEAVES, NODES};
 use crate::catalog::settings::short_name;
-use crate::console::{note, printable_json, printable_lines};
+use crate::console::{note, printable_lines};
 use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::by_depth::Depth;
 use crate::lab::diff::{TreeDifference, diff};
+use crate::lab::plot::Figure;
 use crate::lab::report_table::{depth_table, difference_table, few_entering, number};
 use crate::lab::rows::write_csv;
 use crate::lab::{Contender, Measurement, Setup, Subject};
@@ -130,13 +132,11 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     if let Some(path) = &command.output {
         write_picture(path, command, &found, &read, &context.token)?;
     }
-    write_files(&command.rows, &found.rows, false, &read)?;
+    command.rows.write_files(&found.rows, write_csv, Figure::of_rows, &read)?;
     if command.rows.prints_csv() {
         ignore_missing_reader(write_csv(&found.rows, context.out).map_err(std::io::Error::other))?;
     } else if command.rows.json {
-        let text = serde_json::to_string(&summary(command, &subject, &found))
-            .map_err(|error| Failure::Failed(error.to_string()))?;
-        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+        ignore_missing_reader(context.out.write_all(json_line(&summary(command, &subject, &found))?.as_bytes()))?;
     } else {
         let text = printable_lines(&text(&found));
         ignore_missing_reader(context.out.write_all(text.as_bytes()))?;
@@ -177,7 +177,7 @@ fn check_files(command: &DiffCommand, read: &Protected) -> Result<(), Failure> {
         check_target(path, read)?;
         protected.add_output(path);
     }
-    check_outputs(&command.rows, &protected)
+    command.rows.check_files(&protected)
 }
 
 /// The two trees to measure, and `true` where a file holds one with faults.

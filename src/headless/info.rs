@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool, needs_triangles};
 use super::moments::{MomentChoice, ShownMoment, check_follow};
+use super::output::json_line;
 use super::picture::{check_written, note_written};
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
@@ -18,7 +19,7 @@ use crate::camera::Camera;
 use crate::catalog::numbers::NUMBERS;
 use crate::catalog::reading::TreeReading;
 use crate::catalog::settings::{OPTIMIZE, Setting, Value};
-use crate::console::{note, printable_json, printable_lines};
+use crate::console::{note, printable_lines};
 use crate::export::{Protected, cannot_be_written, check_target, write_file};
 use crate::lab::by_depth::{Depth, by_depth};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
@@ -195,8 +196,7 @@ pub fn run(command: &InfoCommand, context: &mut Context<'_>) -> Result<Finished,
     let accel = Arc::clone(&found.accel);
     let info = found.info(command, &scene, &camera);
     if command.json {
-        let text = serde_json::to_string(&info).map_err(|error| Failure::Failed(error.to_string()))?;
-        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+        ignore_missing_reader(context.out.write_all(json_line(&info)?.as_bytes()))?;
     } else {
         let mut text = Vec::new();
         print_text(&info, command.build.builder, &accel.reading(), &mut text)?;

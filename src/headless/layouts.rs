@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool, needs_triangles};
-use super::measure::{Output, check_outputs, of_job};
+use super::measure::of_job;
 use super::moments::MomentChoice;
-use super::picture::note_written;
+use super::output::Output;
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
 use super::tree_origin::{TreeOrigin, note_faults};
@@ -13,17 +13,15 @@ use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::camera::Camera;
 use crate::catalog::settings::Stated;
-use crate::console::{printable_json, printable_lines};
-use crate::export::{Protected, write_bytes, write_file};
+use crate::export::Protected;
 use crate::lab::layouts::{LayoutPlan, LayoutRow, layouts, mark_front};
-use crate::lab::plot::{PlotFormat, draw, layout_figure};
+use crate::lab::plot::layout_figure;
 use crate::lab::population::{Population, RayPlan};
 use crate::lab::report_table::layout_tables;
 use crate::lab::rows::write_layouts_csv;
 use crate::lab::{Conditions, LabError, ViewConditions};
 use crate::render::RenderSettings;
 use crate::scene::{Scene, SceneSource};
-use crate::text::counted;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -62,12 +60,12 @@ pub fn run(command: &LayoutsCommand, context: &mut Context<'_>) -> Result<Finish
     let mut read = Protected::default();
     read.add_read(command.source.path().into_iter().chain(command.tree.path()).chain(command.rays.file.as_deref()));
     read.add_standard_streams();
-    check_outputs(&command.output, &read)?;
+    command.output.check_files(&read)?;
     let scene = command.moments.first(context.load(&command.source)?, &context.token)?;
     needs_triangles(&scene, "layouts")?;
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
-    check_outputs(&command.output, &read)?;
+    command.output.check_files(&read)?;
     let camera = camera_of(&command.camera, &scene)?;
     let file = command.rays.read_file(&scene, &context.token)?;
     let has_bad_rays = file.as_ref().is_some_and(|file| !file.faults.is_empty());
@@ -82,8 +80,11 @@ pub fn run(command: &LayoutsCommand, context: &mut Context<'_>) -> Result<Finish
     let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
     drop(progress);
     let has_faults = note_faults(&accel);
-    let written = write_files(&command.output, &rows, &read);
-    let printed = print(command, &rows, context);
+    let written = match &rows[..] {
+        [] => Ok(()),
+        rows => command.output.write_files(rows, write_layouts_csv, |rows| Ok(layout_figure(rows)), &read),
+    };
+    let printed = command.output.print(&rows, write_layouts_csv, layout_tables, context.out);
     written?;
     outcome.map_err(|error| of_job(error, &command.source))?;
     ignore_missing_reader(printed)?;
@@ -127,52 +128,4 @@ fn conditions(command: &LayoutsCommand, scene: &Scene, camera: &Camera, populati
     let has_camera = population.kind().is_some();
     let view = has_camera.then(|| ViewConditions::new(command.camera.place(scene), camera, scene.offset));
     Conditions::of_process(view, command.settings.simd)
-}
-
-/// Writes the CSV file and the plot, where there are rows. Both are attempted even if one fails.
-fn write_files(output: &Output, rows: &[LayoutRow], read: &Protected) -> Result<(), Failure> {
-    let mut protected = read.clone();
-    let mut written = Ok(());
-    if rows.is_empty() {
-        return written;
-    }
-    if let Some(path) = output.csv_file() {
-        written = write_file(path, &protected, |writer| write_layouts_csv(rows, writer)).map_err(Failure::from);
-        if written.is_ok() {
-            note_written(path, &counted(rows.len() as u64, "rows"));
-        }
-        protected.add_read([path]);
-    }
-    if let Some(path) = &output.plot {
-        let format = PlotFormat::of(path).map_err(Failure::Usage)?;
-        // Also drawn of an interrupted measurement, whose token is cancelled.
-        let picture = draw(&layout_figure(rows), format, &CancelToken::new())?;
-        let drawn = write_bytes(path, &protected, &picture).map_err(Failure::from);
-        if drawn.is_ok() {
-            note_written(path, &format!("plot of {}", counted(rows.len() as u64, "rows")));
-        }
-        written = written.and(drawn);
-    }
-    written
-}
-
-fn print(command: &LayoutsCommand, rows: &[LayoutRow], context: &mut Context<'_>) -> std::io::Result<()> {
-    if rows.is_empty() {
-        return Ok(());
-    }
-    if command.output.json {
-        return rows
-            .iter()
-            .try_for_each(|row| writeln!(context.out, "{}", printable_json(&serde_json::to_string(row)?)));
-    }
-    if command.output.prints_csv() {
-        return write_layouts_csv(rows, context.out).map_err(std::io::Error::other);
-    }
-    for (index, table) in layout_tables(rows).iter().enumerate() {
-        if index > 0 {
-            writeln!(context.out)?;
-        }
-        write!(context.out, "{}", printable_lines(&table.written(command.output.format)))?;
-    }
-    Ok(())
 }

@@ -7,18 +7,18 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::moments::MomentChoice;
-use super::picture::note_written;
+use super::output::{Output, STDOUT, json_line};
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
 use super::tree_origin::note_faults;
 use crate::accel::Accel;
-use crate::console::{note, printable_json, printable_lines};
-use crate::export::{Protected, check_target, write_bytes, write_file};
+use crate::console::note;
+use crate::export::Protected;
 use crate::lab::motion::AnimatePlan;
-use crate::lab::plot::{Figure, PlotFormat, draw};
+use crate::lab::plot::Figure;
 use crate::lab::population::Populations;
 use crate::lab::prediction::Correlation;
-use crate::lab::report_table::{TableFormat, few_entering, summary, tables};
+use crate::lab::report_table::{few_entering, summary, tables};
 use crate::lab::rows::write_csv;
 use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
 use crate::scene::{Moment, Scene, SceneSource};
@@ -29,42 +29,6 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
-
-/// The name that stands for standard output, and for standard input.
-const STDOUT: &str = "-";
-
-/// Output options of a measuring command.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Output {
-    /// Print JSON lines instead of tables.
-    pub json: bool,
-    /// How tables are written.
-    pub format: TableFormat,
-    /// CSV file to write as well; `-` takes the place of the tables.
-    pub csv: Option<PathBuf>,
-    /// Plot to draw as well.
-    pub plot: Option<PathBuf>,
-}
-
-impl Output {
-    /// Fails where both JSON and CSV would be printed, or the plot has another ending than those that are drawn.
-    pub(super) fn check(&self) -> Result<(), Failure> {
-        if self.json && self.prints_csv() {
-            return Err(Failure::Usage("--json and --csv - both write to standard output: leave one out".to_owned()));
-        }
-        self.plot.as_ref().map_or(Ok(()), |path| PlotFormat::of(path).map(|_| ()).map_err(Failure::Usage))
-    }
-
-    /// Whether the rows are printed as CSV.
-    pub(super) fn prints_csv(&self) -> bool {
-        self.csv.as_deref().is_some_and(|path| path == Path::new(STDOUT))
-    }
-
-    /// The file for CSV, where it is one.
-    pub(super) fn csv_file(&self) -> Option<&PathBuf> {
-        self.csv.as_ref().filter(|_| !self.prints_csv())
-    }
-}
 
 /// How rays are traced to be measured, in any model.
 #[derive(Debug, Clone)]
@@ -159,7 +123,7 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
     read.add_read(command.sources.iter().filter_map(SceneSource::path));
     read.add_read(command.trees.iter().chain(&command.rays.file));
     read.add_standard_streams();
-    check_outputs(&command.output, &read)?;
+    command.output.check_files(&read)?;
     let mut run = Run { command, rows: Vec::new(), read, finished: Finished::default(), output_failure: None };
     let mut unusable = 0;
     let mut early_end = None;
@@ -182,7 +146,10 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
         }
     }
     // Every output is attempted even if others fail.
-    let written = write_files(&command.output, &run.rows, early_end.is_some(), &run.read);
+    let written = match &run.rows[..] {
+        [] if early_end.is_some() => Ok(()),
+        rows => command.output.write_files(rows, write_csv, Figure::of_rows, &run.read),
+    };
     let printed = match run.output_failure {
         Some(failure) => Err(failure),
         None => print_tables(command, &run.rows, context),
@@ -196,45 +163,6 @@ pub fn run(command: &MeasureCommand, context: &mut Context<'_>) -> Result<Finish
         return Err(Failure::Failed(format!("{unusable} of {} models could not be measured", command.sources.len())));
     }
     Ok(run.finished)
-}
-
-/// Checks that both outputs can be written, are two files and none of those `read`.
-pub(super) fn check_outputs(output: &Output, read: &Protected) -> Result<(), Failure> {
-    let mut protected = read.clone();
-    for path in output.csv_file().into_iter().chain(&output.plot) {
-        check_target(path, &protected)?;
-        protected.add_output(path);
-    }
-    Ok(())
-}
-
-/// Writes the CSV file and the plot; after an early end only if there are rows. Both are attempted even if one fails.
-pub(super) fn write_files(
-    output: &Output,
-    rows: &[Measurement],
-    ended_early: bool,
-    read: &Protected,
-) -> Result<(), Failure> {
-    let mut protected = read.clone();
-    let mut written = Ok(());
-    if let Some(path) = output.csv_file().filter(|_| !(ended_early && rows.is_empty())) {
-        written = write_file(path, &protected, |writer| write_csv(rows, writer)).map_err(Failure::from);
-        if written.is_ok() {
-            note_written(path, &counted(rows.len() as u64, "rows"));
-        }
-        protected.add_read([path]);
-    }
-    if let Some(path) = output.plot.as_ref().filter(|_| !rows.is_empty()) {
-        let format = PlotFormat::of(path).map_err(Failure::Usage)?;
-        // Also drawn of an interrupted measurement, whose token is cancelled.
-        let picture = draw(&Figure::of_rows(rows).map_err(Failure::Failed)?, format, &CancelToken::new())?;
-        let drawn = write_bytes(path, &protected, &picture).map_err(Failure::from);
-        if drawn.is_ok() {
-            note_written(path, &format!("plot of {}", counted(rows.len() as u64, "rows")));
-        }
-        written = written.and(drawn);
-    }
-    written
 }
 
 /// Why the measuring of a model ended without all its rows.
@@ -287,7 +215,7 @@ impl Run<'_> {
         self.finished.warned |= !scene.warnings.is_empty();
         // Again, as only now it is known what else was read: buffers, textures, material libraries.
         self.read.add_read(&scene.files_read);
-        check_outputs(&command.output, &self.read).map_err(ModelFailure::Of)?;
+        command.output.check_files(&self.read).map_err(ModelFailure::Of)?;
         let views = views(command, &scene).map_err(ModelFailure::Of)?;
         let trees = self.read_trees(&scene, source, context)?;
         let rays = command.rays.read_file(&scene, &context.token)?;
@@ -412,28 +340,16 @@ pub(super) fn of_job(error: LabError, source: &SceneSource) -> Failure {
 
 /// Prints a row, or a correlation over rows, as one JSON line, as far as its reader takes it now.
 fn print_json(row: &impl Serialize, out: &mut (dyn std::io::Write + Send)) -> std::io::Result<()> {
-    let text = serde_json::to_string(row)?;
-    writeln!(out, "{}", printable_json(&text))?;
+    out.write_all(json_line(row)?.as_bytes())?;
     out.flush()
 }
 
+/// Prints what follows the rows: correlations over them as JSON lines, or all of them as tables.
 fn print_tables(command: &MeasureCommand, rows: &[Measurement], context: &mut Context<'_>) -> std::io::Result<()> {
     if command.output.json {
         // The frames of a clip are no trees of one scene.
         let correlations = if matches!(command.job, Job::Animate { .. }) { Vec::new() } else { Correlation::all(rows) };
         return correlations.iter().try_for_each(|found| print_json(found, context.out));
     }
-    if rows.is_empty() {
-        return Ok(());
-    }
-    if command.output.prints_csv() {
-        return write_csv(rows, context.out).map_err(std::io::Error::other);
-    }
-    for (index, table) in tables(command.job.command(), rows).iter().enumerate() {
-        if index > 0 {
-            writeln!(context.out)?;
-        }
-        write!(context.out, "{}", printable_lines(&table.written(command.output.format)))?;
-    }
-    Ok(())
+    command.output.print(rows, write_csv, |rows| tables(command.job.command(), rows), context.out)
 }

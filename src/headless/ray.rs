@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::moments::{MomentChoice, ShownMoment, check_follow};
+use super::output::json_line;
 use super::progress::Progress;
 use super::ray_input::nth_ray;
 use super::tree_numbers::TreeNumbers;
@@ -15,7 +16,7 @@ use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::camera::Camera;
-use crate::console::{printable_json, printable_lines};
+use crate::console::printable_lines;
 use crate::lab::ray::{RayMethod, RayRecord, RayRequest, RayStep, Span, ray_table, record};
 use crate::lab::{Conditions, ViewConditions};
 use crate::render::{Crossing, RayKind, RayStart, RenderSettings};
@@ -106,8 +107,7 @@ pub fn run(command: &RayCommand, context: &mut Context<'_>) -> Result<Finished, 
     let record = record.map_err(|reason| Failure::Failed(format!("{}: {reason}", ray_name(command))))?;
     if command.json {
         let summary = RaySummary::new(command, &accel, &request.camera, &record);
-        let text = serde_json::to_string(&summary).map_err(|error| Failure::Failed(error.to_string()))?;
-        ignore_missing_reader(writeln!(context.out, "{}", printable_json(&text)))?;
+        ignore_missing_reader(context.out.write_all(json_line(&summary)?.as_bytes()))?;
     } else {
         let text = ray_table(title(command, &accel, &record), &record).to_string();
         ignore_missing_reader(context.out.write_all(printable_lines(&text).as_bytes()))?;

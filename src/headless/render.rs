@@ -12,6 +12,7 @@ use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reade
 use super::exr::write_distances;
 use super::film::{Film, check_output};
 use super::moments::{MomentChoice, ShownMoment, check_follow, note_lost};
+use super::output::json_line;
 use super::picture::{Picture, PictureChoice, check_written, note_written};
 use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
@@ -20,7 +21,6 @@ use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
 use crate::budget::Budget;
 use crate::catalog::reading::TreeReading;
-use crate::console::printable_json;
 use crate::export::{Protected, check_target, wrong_ending};
 use crate::lab::{Conditions, ViewConditions};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
@@ -137,9 +137,7 @@ pub fn run(command: &RenderCommand, context: &mut Context<'_>) -> Result<Finishe
 
 /// Prints the measurements of a frame as a line of JSON.
 fn print(command: &RenderCommand, accel: &Accel, frame: &Frame, out: &mut dyn Write) -> Result<(), Failure> {
-    let line = summary(command, accel, frame);
-    let text = serde_json::to_string(&line).map_err(|error| Failure::Failed(error.to_string()))?;
-    ignore_missing_reader(writeln!(out, "{}", printable_json(&text)))?;
+    ignore_missing_reader(out.write_all(json_line(&summary(command, accel, frame))?.as_bytes()))?;
     Ok(())
 }
 

@@ -2,8 +2,9 @@
 
 use super::parts::{camera, cameras, moment, threads};
 use crate::cli::args::{AnimateArgs, DiffArgs, MeasureArgs, OneTreeArgs, SweepArgs, TraceArgs, TreesFromFilesArgs};
+use crate::headless::Output;
 use crate::headless::diff::DiffCommand;
-use crate::headless::measure::{MeasureCommand, Output, TraceChoice};
+use crate::headless::measure::{MeasureCommand, TraceChoice};
 use crate::lab::motion::AnimatePlan;
 use crate::lab::report_table::TableFormat;
 use crate::lab::{Job, Setup, SweepPlan};

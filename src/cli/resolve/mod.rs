@@ -15,10 +15,10 @@ use crate::app::{Overrides, SettingsUse, StartOptions};
 use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
+use crate::headless::Output;
 use crate::headless::copies::CopiesCommand;
 use crate::headless::info::InfoCommand;
 use crate::headless::layouts::LayoutsCommand;
-use crate::headless::measure::Output;
 use crate::headless::ray::{ChosenStart, RayCommand};
 use crate::headless::rays::{ChosenRays, RaysCommand, Sample};
 use crate::headless::tree::TreeCommand;

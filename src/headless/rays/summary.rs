@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use super::command::RaysCommand;
 use super::export::{offset_of, write};
-use crate::console::{printable_json, printable_lines};
+use crate::console::printable_lines;
 use crate::export::Protected;
 use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader};
+use crate::headless::output::json_line;
 use crate::headless::progress::Progress;
 use crate::headless::ray_input::{note_skipped, of_ray_file};
 use crate::ray_file::{FileRay, RayFaults, RayHeader, RayReader, RaySet};
@@ -103,8 +104,7 @@ fn print(
             counts,
             warnings: faults.texts().collect(),
         };
-        let text = serde_json::to_string(&summary).map_err(|error| Failure::Failed(error.to_string()))?;
-        format!("{}\n", printable_json(&text))
+        json_line(&summary)?
     } else {
         printable_lines(&text(command, path, &header, &counts))
     };

@@ -9,10 +9,11 @@ use super::command::{RaysCommand, Sample};
 use super::export::{offset_of, write};
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
-use crate::console::{note, printable_json, printable_lines};
+use crate::console::{note, printable_lines};
 use crate::export::Protected;
 use crate::headless::context::{Context, Failure, Finished, ignore_missing_reader, in_pool, needs_triangles};
 use crate::headless::measure::of_job;
+use crate::headless::output::json_line;
 use crate::headless::progress::Progress;
 use crate::headless::ray_input::{note_skipped, of_ray_file};
 use crate::headless::tree_origin::{TreeOrigin, note_faults};
@@ -190,8 +191,7 @@ fn print(
             compared: &check.compared,
             worst: check.worst.iter().map(WorstRay::new).collect(),
         };
-        let text = serde_json::to_string(&summary).map_err(|error| Failure::Failed(error.to_string()))?;
-        format!("{}\n", printable_json(&text))
+        json_line(&summary)?
     } else {
         let title = format!(
             "{}: {} of {} rays of {}, {} of which hit, against a test of every triangle in double precision",
