@@ -5,12 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::picture::CameraArgs;
-use super::shared::{BuildArgs, MomentArgs, StrictLoadArgs, TreeFileArgs};
-use crate::cli::named::{help, named, rays, simd};
-use crate::cli::values::{self, ModelParser};
-use crate::cli::values::{List, named_list, number_list};
-use crate::headless::MeasuringRays;
-use crate::lab::report_table::TableFormat;
+use super::shared::{BuildArgs, MomentArgs, RayCostArgs, StrictLoadArgs, TreeFileArgs};
+use crate::cli::named::{help, simd};
+use crate::cli::values::{List, ModelParser, named_list, number_list};
 use crate::scene::SceneSource;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::layouts::{Collapse, MAX_CHILDREN, MAX_LEAF, Planes};
@@ -44,21 +41,8 @@ pub struct LayoutsArgs {
     /// Most triangles of a leaf, 1 to 32: a list, or all for 1,2,4,8,16,32
     #[arg(long, value_name = "LIST", value_parser = |text: &str| number_list(text, [1, MAX_LEAF], &ALL_LEAVES), default_value = "4")]
     pub leaves: List<u32>,
-    /// The rays: a list of primary, shadow, ao, bounce, random or all, and a file of rays, separated by commas
-    #[arg(long, value_name = "LIST", value_parser = rays, default_value = "primary,ao,bounce")]
-    pub rays: MeasuringRays,
-    /// Size of the view in pixels, of which its sides matter: rays go through at most 256 x 256 squares of it
-    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
-    pub size: [u32; 2],
-    /// Print one JSON object a line instead of the tables
-    #[arg(long)]
-    pub json: bool,
-    #[arg(long, value_name = "NAME", value_parser = named::<TableFormat>, default_value = "text",
-          conflicts_with = "json", help = help::<TableFormat>("How the tables are written: ", ""))]
-    pub format: TableFormat,
-    /// Also write the rows as CSV; - prints them instead of the tables
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub costs: RayCostArgs,
     /// Also draw tests over bytes of a ray, and their front
     #[arg(long, value_name = "FILE.png|.svg")]
     pub plot: Option<PathBuf>,

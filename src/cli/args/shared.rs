@@ -7,9 +7,11 @@ use clap::Args;
 use super::setting_flags::SettingFlags;
 use crate::budget::MemoryLimit;
 use crate::catalog::settings::{OPTIMIZE, SETTINGS};
-use crate::cli::named::{help, named};
+use crate::cli::named::{help, named, rays};
 use crate::cli::values;
+use crate::headless::MeasuringRays;
 use crate::lab::motion::MAX_FRAMES;
+use crate::lab::report_table::TableFormat;
 use crate::scene::Instancing;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
@@ -99,4 +101,24 @@ pub struct FollowArgs {
     #[arg(long, value_name = "N", value_parser = |text: &str| values::whole::<u32>(text, 1, MAX_FRAMES as u32),
           requires = "policy")]
     pub policy_frames: Option<u32>,
+}
+
+/// The rays of a view whose costs are measured, and where their rows go.
+#[derive(Debug, Args)]
+pub struct RayCostArgs {
+    /// The rays: a list of primary, shadow, ao, bounce, random or all, and a file of rays, separated by commas
+    #[arg(long, value_name = "LIST", value_parser = rays, default_value = "primary,ao,bounce")]
+    pub rays: MeasuringRays,
+    /// Size of the view in pixels, of which its sides matter: rays go through at most 256 x 256 squares of it
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, default_value = "1024x1024")]
+    pub size: [u32; 2],
+    /// Print one JSON object a line instead of the tables
+    #[arg(long)]
+    pub json: bool,
+    #[arg(long, value_name = "NAME", value_parser = named::<TableFormat>, default_value = "text",
+          conflicts_with = "json", help = help::<TableFormat>("How the tables are written: ", ""))]
+    pub format: TableFormat,
+    /// Also write the rows as CSV; - prints them instead of the tables
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
 }

@@ -162,10 +162,10 @@ pub fn layouts(args: LayoutsArgs) -> LayoutsCommand {
         tree: tree_origin(&args.build, args.tree.tree),
         moments: moment(args.moment),
         camera: camera(&args.camera),
-        size: args.size,
+        size: args.costs.size,
         settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
-        rays: args.rays,
-        output: Output { json: args.json, format: args.format, csv: args.csv, plot: args.plot },
+        rays: args.costs.rays,
+        output: Output { json: args.costs.json, format: args.costs.format, csv: args.costs.csv, plot: args.plot },
     }
 }
 
@@ -175,10 +175,10 @@ pub fn copies(args: CopiesArgs) -> CopiesCommand {
         most: args.most,
         build: args.build.settings.0.settings(),
         camera: camera(&args.camera),
-        size: args.size,
+        size: args.costs.size,
         settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
-        rays: args.rays,
-        output: Output { json: args.json, format: args.format, csv: args.csv, plot: None },
+        rays: args.costs.rays,
+        output: Output { json: args.costs.json, format: args.costs.format, csv: args.costs.csv, plot: None },
     }
 }
 
