@@ -14,7 +14,7 @@ use super::error::{FileLocation, Warnings};
 use super::exponents;
 use super::material::{Texture, WrapMode};
 use super::options::LoadOptions;
-use super::read::read_file;
+use super::read::{ModelFile, read_file};
 use crate::budget::{Budget, format_bytes};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -88,12 +88,12 @@ pub(super) struct Images<'a> {
 }
 
 impl<'a> Images<'a> {
-    pub(super) fn new(model: &Path, options: &LoadOptions, token: &'a CancelToken) -> Self {
-        let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    pub(super) fn new(model: &ModelFile<'a>) -> Self {
+        let folder = model.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         Self {
             folder: folder.to_path_buf(),
-            options: options.clone(),
-            token,
+            options: model.options.clone(),
+            token: model.token,
             textures: Vec::new(),
             true_folder: OnceCell::new(),
             by_name: HashMap::new(),
@@ -396,7 +396,9 @@ mod tests {
 
         // Only three of eight fit: the others are dropped with a warning.
         let token = CancelToken::new();
-        let mut images = Images::new(Path::new("a.gltf"), &LoadOptions::default(), &token);
+        let options = LoadOptions::default();
+        let mut images =
+            Images::new(&ModelFile { path: Path::new("a.gltf"), bytes: &[], options: &options, token: &token });
         images.total = MAX_TOTAL - 3 * 64 * 64 * 4;
         let made: Vec<_> =
             (0..8).map(|_| images.texture(Ok(picture.clone()), Content::Texels, "a", || FileLocation::File)).collect();

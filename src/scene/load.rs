@@ -11,7 +11,7 @@ use super::format::FileFormat;
 use super::gzip::unpacked;
 use super::model::Scene;
 use super::options::LoadOptions;
-use super::read::read_model;
+use super::read::{ModelFile, read_model};
 use super::recognise::{recognise, unlike_obj};
 use super::row::FileRow;
 use super::source::SceneSource;
@@ -55,7 +55,7 @@ fn load_file(
     token: &CancelToken,
 ) -> Result<Scene, LoadError> {
     let bytes = unpacked(path, Cow::Owned(read_model(path, token)?), token)?;
-    let (mut assembly, up) = read_bytes(path, &bytes, options, token)?;
+    let (mut assembly, up) = read_bytes(&ModelFile { path, bytes: &bytes, options, token })?;
     drop(bytes);
     assembly.files_read.insert(0, path.to_path_buf());
     token.check()?;
@@ -76,17 +76,13 @@ fn finish(mut assembly: Assembly, source: &SceneSource, up: Vec3, token: &Cancel
 /// Loads a model from `bytes` as if they were the contents of a file at `path`, whose extension and folder are used.
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     let bytes = unpacked(path, Cow::Borrowed(bytes), token)?;
-    let (assembly, up) = read_bytes(path, &bytes, options, token)?;
+    let (assembly, up) = read_bytes(&ModelFile { path, bytes: &bytes, options, token })?;
     finish(assembly, &SceneSource::File(path.to_path_buf()), up, token)
 }
 
 /// Reads the contents of a file; also returns its up direction.
-fn read_bytes(
-    path: &Path,
-    bytes: &[u8],
-    options: &LoadOptions,
-    token: &CancelToken,
-) -> Result<(Assembly, Vec3), LoadError> {
+fn read_bytes(file: &ModelFile<'_>) -> Result<(Assembly, Vec3), LoadError> {
+    let ModelFile { path, bytes, .. } = *file;
     let mut assembly = Assembly::new();
     let found = recognise(path, bytes)?;
     if let Some(named) = FileFormat::from_extension(path)
@@ -96,13 +92,13 @@ fn read_bytes(
         assembly.warnings.add(&what, || FileLocation::File);
     }
     let up = match found {
-        FileFormat::Obj => obj::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        FileFormat::Gltf => gltf::load(path, bytes, options, &mut assembly, token).map(|()| Vec3::Y),
-        FileFormat::Ply => ply::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
+        FileFormat::Obj => obj::load(file, &mut assembly).map(|()| Vec3::Y),
+        FileFormat::Gltf => gltf::load(file, &mut assembly).map(|()| Vec3::Y),
+        FileFormat::Ply => ply::load(file, &mut assembly).map(|()| Vec3::Y),
         // Most STL files come from CAD programs, where z is up.
-        FileFormat::Stl => stl::load(path, bytes, &mut assembly, token).map(|()| Vec3::Z),
-        FileFormat::Pbrt => pbrt::load(path, bytes, options, &mut assembly, token),
-        FileFormat::Bvh => tree_file::load(path, bytes, &mut assembly, token).map(|()| Vec3::Y),
+        FileFormat::Stl => stl::load(file, &mut assembly).map(|()| Vec3::Z),
+        FileFormat::Pbrt => pbrt::load(file, &mut assembly),
+        FileFormat::Bvh => tree_file::load(file, &mut assembly).map(|()| Vec3::Y),
     };
     // An OBJ file is known by its name only, and its reader passes over what it does not know.
     if found == FileFormat::Obj

@@ -6,8 +6,21 @@ use std::path::Path;
 
 use super::error::{FileLocation, LoadError};
 use super::format::FileFormat;
+use super::options::LoadOptions;
 use crate::budget::Budget;
 use bvhscope_engine::cancel::CancelToken;
+
+/// A model that a loader reads.
+#[derive(Clone, Copy)]
+pub(super) struct ModelFile<'a> {
+    /// Path, whose folder has the files that the model names.
+    pub(super) path: &'a Path,
+    /// Contents, unpacked.
+    pub(super) bytes: &'a [u8],
+    pub(super) options: &'a LoadOptions,
+    /// Cancels loading and receives its progress.
+    pub(super) token: &'a CancelToken,
+}
 
 /// Fraction of the loading progress that reading the file accounts for.
 pub(super) const READ_PROGRESS: f32 = 0.2;

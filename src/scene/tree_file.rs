@@ -5,12 +5,13 @@ use std::path::Path;
 
 use super::assemble::{Assembly, BATCH_SIZE};
 use super::error::{FileLocation, LoadError};
+use super::read::ModelFile;
 use crate::budget::Budget;
-use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree_file::{has_corners, read_corners};
 
 /// Loads the triangles of a tree file from memory; a file without them is refused.
-pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
+    let ModelFile { path, bytes, token, .. } = *file;
     let triangles = read_corners(bytes, Budget::of_process().allowance(), token)
         .map_err(|error| LoadError::of_tree_file(path, &error))?;
     assembly.reserve(triangles.len()).map_err(|error| error.in_file(path))?;

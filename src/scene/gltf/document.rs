@@ -23,6 +23,7 @@ use crate::budget::Budget;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::scene::images::Images;
 use crate::scene::motion::Local;
+use crate::scene::read::ModelFile;
 use crate::text::quoted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
@@ -72,13 +73,8 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn parse(
-        path: &Path,
-        bytes: &'a [u8],
-        images: &Images,
-        warnings: &mut Warnings,
-        token: &CancelToken,
-    ) -> Result<Self, LoadError> {
+    pub(super) fn parse(file: &ModelFile<'a>, images: &Images, warnings: &mut Warnings) -> Result<Self, LoadError> {
+        let ModelFile { path, bytes, token, .. } = *file;
         let (text, binary) = split(path, bytes, warnings)?;
         check_json(path, text, token)?;
         let mut fields = read_json(path, text, token)?;

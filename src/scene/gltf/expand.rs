@@ -2,7 +2,6 @@
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -21,7 +20,7 @@ use crate::scene::motion::{Hold, Shape, Vertices};
 use crate::scene::offset::Extent;
 use crate::scene::options::Instancing;
 use crate::scene::placed_meshes::KeptCopies;
-use crate::scene::read::READ_PROGRESS;
+use crate::scene::read::{ModelFile, READ_PROGRESS};
 use crate::scene::two_levels::is_flat;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -61,13 +60,13 @@ impl Copies<'_> {
 
 /// Appends all copies of all meshes, or each mesh once and its copies apart. Returns those that clips move.
 pub(super) fn expand(
-    path: &Path,
+    file: &ModelFile<'_>,
     copies: &[Copies],
     meshes: &[Option<Vec<Primitive>>],
     instances: Instancing,
     assembly: &mut Assembly,
-    token: &CancelToken,
 ) -> Result<Vec<Placed>, LoadError> {
+    let ModelFile { path, token, .. } = *file;
     let primitives = |of: &Copies| meshes.get(of.placement.mesh).and_then(Option::as_deref).unwrap_or_default();
     let triangles_of =
         |of: &Copies| primitives(of).iter().fold(0, |sum: u64, one| sum.saturating_add(one.triangles.len() as u64));

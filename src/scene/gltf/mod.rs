@@ -26,8 +26,6 @@ mod table;
 mod transform;
 mod uri;
 
-use std::path::Path;
-
 use self::accessor::{AccessorError, Accessors};
 use self::animation::Animations;
 use self::document::Document;
@@ -39,23 +37,19 @@ use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
 use super::flatten::check_count;
 use super::images::Images;
-use super::options::{Instancing, LoadOptions};
+use super::options::Instancing;
+use super::read::ModelFile;
 use super::two_levels::check_copies;
 use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Loads a glTF or GLB file from memory.
-pub(super) fn load(
-    path: &Path,
-    bytes: &[u8],
-    options: &LoadOptions,
-    assembly: &mut Assembly,
-    token: &CancelToken,
-) -> Result<(), LoadError> {
-    let mut images = Images::new(path, options, token);
-    let mut document = Document::parse(path, bytes, &images, &mut assembly.warnings, token)?;
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
+    let ModelFile { options, token, .. } = *file;
+    let mut images = Images::new(file);
+    let mut document = Document::parse(file, &images, &mut assembly.warnings)?;
     document.decoded = draco::decode_all(&document, token)?;
-    let hierarchy = nodes::hierarchy(path, &document, options.scene, &mut assembly.warnings, token)?;
+    let hierarchy = nodes::hierarchy(file, &document, &mut assembly.warnings)?;
     let accessors = Accessors::new(&document);
     cameras::place(&document.cameras, &hierarchy.worlds, assembly);
     cameras::place_lights(&document.gltf, &hierarchy.worlds, assembly, token)?;
@@ -67,7 +61,7 @@ pub(super) fn load(
         assembly.warnings.add("copies of a model that moves flattened", || FileLocation::Json("animations".to_owned()));
     }
     let instances = if animations.clips.is_empty() { options.instances } else { Instancing::Flat };
-    let (copies, order) = plan(path, &document, &accessors, hierarchy, (&animations, instances), assembly, token)?;
+    let (copies, order) = plan(file, &document, &accessors, hierarchy, (&animations, instances), assembly)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);
     token.check()?;
@@ -92,7 +86,7 @@ pub(super) fn load(
     if !meshes.iter().flatten().flatten().any(|primitive| primitive.material == default) {
         assembly.materials.pop();
     }
-    let placed = expand(path, &copies, &meshes, instances, assembly, token)?;
+    let placed = expand(file, &copies, &meshes, instances, assembly)?;
     if !animations.clips.is_empty() {
         assembly.motion = Some(rig::motion(&document, animations, &order, &copies, placed, assembly));
     }
@@ -101,14 +95,14 @@ pub(super) fn load(
 
 /// The copies of each placement. Refuses files with too many triangles before any of them is made.
 fn plan<'a>(
-    path: &Path,
+    file: &ModelFile<'_>,
     document: &'a Document,
     accessors: &Accessors<'a>,
     hierarchy: Hierarchy,
     (animations, instances): (&Animations, Instancing),
     assembly: &mut Assembly,
-    token: &CancelToken,
 ) -> Result<(Vec<Copies<'a>>, Vec<Ordered>), LoadError> {
+    let ModelFile { path, token, .. } = *file;
     let mut declared: Vec<Option<u64>> = vec![None; document.gltf.meshes().len()];
     let mut copies = Vec::with_capacity(hierarchy.placements.len());
     let (mut skins, is_kept) = (Skins::default(), !animations.clips.is_empty());

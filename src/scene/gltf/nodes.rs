@@ -1,14 +1,12 @@
 //! The hierarchy of nodes: which meshes the scene shows, and where.
 
-use std::path::Path;
-
 use glam::DMat4;
 
 use super::document::Document;
 use super::table::extension;
 use crate::scene::error::{FileLocation, LoadError, Warnings};
 use crate::scene::motion::Local;
-use bvhscope_engine::cancel::CancelToken;
+use crate::scene::read::ModelFile;
 
 /// Parent index of a node that the scene itself names.
 const SCENE: usize = usize::MAX;
@@ -59,14 +57,13 @@ struct Mention {
 
 /// Walks the nodes of a scene, the default one if none is wanted.
 pub(super) fn hierarchy(
-    path: &Path,
+    file: &ModelFile<'_>,
     document: &Document,
-    scene: Option<usize>,
     warnings: &mut Warnings,
-    token: &CancelToken,
 ) -> Result<Hierarchy, LoadError> {
+    let ModelFile { path, token, .. } = *file;
     let nodes = &document.gltf.as_json().nodes;
-    let (mut stack, scene) = starts(&document.gltf, scene, warnings);
+    let (mut stack, scene) = starts(&document.gltf, file.options.scene, warnings);
     // The parent of each visited node.
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     let (mut placements, mut worlds, mut order) = (Vec::new(), vec![None; nodes.len()], Vec::new());

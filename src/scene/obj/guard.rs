@@ -10,11 +10,10 @@
 use std::borrow::Cow;
 use std::io::{BufRead, Read};
 use std::ops::Range;
-use std::path::Path;
 use std::sync::mpsc::{Receiver, channel, sync_channel};
 
 use super::super::error::{FileLocation, LoadError};
-use super::super::read::READ_PROGRESS;
+use super::super::read::{ModelFile, READ_PROGRESS};
 use super::SETTINGS;
 use super::mesh::MESH_PROGRESS;
 use super::rules::{Rules, Stop, Verdict};
@@ -36,17 +35,12 @@ const COPIED_BYTES: usize = 1 << 10;
 type Block<'a> = Cow<'a, [u8]>;
 
 /// Reads the meshes of an OBJ file; `None` where the text is to be read again with a colour for each position.
-pub(super) fn read(
-    path: &Path,
-    text: &[u8],
-    rules: &mut Rules<'_, '_>,
-    token: &CancelToken,
-) -> Result<Option<Vec<tobj::Model>>, LoadError> {
+pub(super) fn read(file: &ModelFile<'_>, rules: &mut Rules<'_, '_>) -> Result<Option<Vec<tobj::Model>>, LoadError> {
+    let ModelFile { path, bytes: text, token, .. } = *file;
     // Libraries are read by the rules, whenever they are named.
     let parse =
         |blocks| tobj::load_obj_buf(&mut Guarded::new(blocks), &SETTINGS, |_| Err(tobj::LoadError::OpenFileFailed));
-    let mut guard =
-        Guard { path, text, statements: Statements::new(text), rules, copied: Vec::new(), passed: 0..0, token };
+    let mut guard = Guard { file, statements: Statements::new(text), rules, copied: Vec::new(), passed: 0..0 };
     let (stopped, parsed) = std::thread::scope(|scope| {
         let (sender, blocks) = sync_channel(WAITING_BLOCKS);
         let thread = std::thread::Builder::new().name("tobj".to_owned()).spawn_scoped(scope, move || parse(blocks));
@@ -82,15 +76,13 @@ pub(super) fn read(
 
 /// Cuts the text into blocks.
 struct Guard<'a, 'r, 'm, 'b> {
-    path: &'a Path,
-    text: &'a [u8],
+    file: &'a ModelFile<'a>,
     statements: Statements<'a>,
     rules: &'r mut Rules<'m, 'b>,
     /// Repaired lines, with some that pass between them.
     copied: Vec<u8>,
     /// Lines that pass as they are, behind what was copied.
     passed: Range<usize>,
-    token: &'a CancelToken,
 }
 
 impl<'a> Guard<'a, '_, '_, '_> {
@@ -100,13 +92,13 @@ impl<'a> Guard<'a, '_, '_, '_> {
         loop {
             let at = self.statements.at;
             if at >= next_poll {
-                self.token.check().map_err(|cancelled| Stop::Load(cancelled.into()))?;
-                let fraction = at as f32 / self.text.len().max(1) as f32;
-                self.token.set_progress(READ_PROGRESS + (MESH_PROGRESS - READ_PROGRESS) * fraction);
+                self.file.token.check().map_err(|cancelled| Stop::Load(cancelled.into()))?;
+                let fraction = at as f32 / self.file.bytes.len().max(1) as f32;
+                self.file.token.set_progress(READ_PROGRESS + (MESH_PROGRESS - READ_PROGRESS) * fraction);
                 next_poll = at.saturating_add(POLL_INTERVAL_BYTES);
             }
             if at >= next_memory_check {
-                self.rules.check_memory(self.path)?;
+                self.rules.check_memory(self.file.path)?;
                 next_memory_check = at.saturating_add(MEMORY_INTERVAL_BYTES);
             }
             let is_full = self.passed.len() >= BLOCK_BYTES || self.copied.len() >= BLOCK_BYTES;
@@ -127,15 +119,15 @@ impl<'a> Guard<'a, '_, '_, '_> {
                         return Ok(());
                     }
                 } else {
-                    self.copied.extend_from_slice(&self.text[self.passed.clone()]);
+                    self.copied.extend_from_slice(&self.file.bytes[self.passed.clone()]);
                 }
                 self.copied.append(&mut self.rules.made);
                 self.passed = span.start..span.start;
             }
             if passes {
                 self.passed.end = span.end;
-                if !self.text[span.clone()].ends_with(b"\n") {
-                    self.copied.extend_from_slice(self.text[self.passed.clone()].trim_ascii_end());
+                if !self.file.bytes[span.clone()].ends_with(b"\n") {
+                    self.copied.extend_from_slice(self.file.bytes[self.passed.clone()].trim_ascii_end());
                     self.copied.push(b'\n');
                     self.passed = span.end..span.end;
                 }
@@ -153,7 +145,7 @@ impl<'a> Guard<'a, '_, '_, '_> {
 
     /// Hands over what there is.
     fn flush(&mut self, emit: &mut impl FnMut(Block<'a>) -> bool) -> bool {
-        let passed = &self.text[self.passed.clone()];
+        let passed = &self.file.bytes[self.passed.clone()];
         self.passed.start = self.passed.end;
         (self.copied.is_empty() || emit(Cow::Owned(std::mem::take(&mut self.copied))))
             && (passed.is_empty() || emit(Cow::Borrowed(passed)))

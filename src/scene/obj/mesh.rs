@@ -1,7 +1,5 @@
 //! The meshes that tobj read, put into the scene: colours decoded, polygons cut into triangles.
 
-use std::path::Path;
-
 use glam::{DVec3, Vec2, Vec3};
 
 use super::super::assemble::{Assembly, VertexLists, check_vertices, collect_cancellable, offset_corners};
@@ -9,6 +7,7 @@ use super::super::error::{FileLocation, LoadError};
 use super::super::material::linear_from_srgb;
 use super::super::offset::{Extent, moved};
 use super::super::polygon::PolygonCutter;
+use super::super::read::ModelFile;
 use super::rules::Parts;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -18,12 +17,12 @@ pub(super) const MESH_PROGRESS: f32 = 0.8;
 
 /// Appends the triangles of all meshes, each named by the index of its part.
 pub(super) fn add(
-    path: &Path,
+    file: &ModelFile<'_>,
     models: Vec<tobj::Model>,
     parts: &Parts,
     assembly: &mut Assembly,
-    token: &CancelToken,
 ) -> Result<(), LoadError> {
+    let ModelFile { path, token, .. } = *file;
     assembly.reserve(parts.triangles).map_err(|error| error.in_file(path))?;
     let mut extent = Extent::EMPTY;
     for model in &models {

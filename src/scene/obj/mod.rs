@@ -11,13 +11,10 @@ mod mesh;
 mod rules;
 mod statement;
 
-use std::path::Path;
-
 use super::assemble::Assembly;
 use super::error::LoadError;
 use super::images::Images;
-use super::options::LoadOptions;
-use bvhscope_engine::cancel::CancelToken;
+use super::read::ModelFile;
 use materials::Materials;
 use rules::Rules;
 
@@ -26,23 +23,17 @@ const SETTINGS: tobj::LoadOptions =
     tobj::LoadOptions { single_index: true, triangulate: false, ignore_points: true, ignore_lines: true };
 
 /// Loads an OBJ file from memory.
-pub(super) fn load(
-    path: &Path,
-    bytes: &[u8],
-    options: &LoadOptions,
-    assembly: &mut Assembly,
-    token: &CancelToken,
-) -> Result<(), LoadError> {
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
     let warnings = assembly.warnings.clone();
     let mut is_colored = false;
     loop {
-        let materials = Materials::new(Images::new(path, options, token));
+        let materials = Materials::new(Images::new(file));
         let mut rules = Rules::new(is_colored, materials, assembly);
-        if let Some(models) = guard::read(path, bytes, &mut rules, token)? {
+        if let Some(models) = guard::read(file, &mut rules)? {
             let Rules { counts, parts, materials, assembly, .. } = rules;
             assembly.point_count = counts[0] as u64;
             materials.finish(assembly);
-            return mesh::add(path, models, &parts, assembly, token);
+            return mesh::add(file, models, &parts, assembly);
         }
         drop(rules);
         // tobj counts colours rather than the positions that have them, so once one has, all must.

@@ -14,16 +14,12 @@ mod tokens;
 mod view;
 
 use std::borrow::Cow;
-use std::path::Path;
 
 use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::LoadError;
-use super::images::Images;
-use super::options::LoadOptions;
-use super::read::beginning;
-use bvhscope_engine::cancel::CancelToken;
+use super::read::{ModelFile, beginning};
 use reader::Reader;
 use tokens::Tokens;
 
@@ -76,18 +72,12 @@ pub(super) fn is_pbrt(bytes: &[u8]) -> bool {
 }
 
 /// Loads a scene from memory; returns its up direction.
-pub(super) fn load(
-    path: &Path,
-    bytes: &[u8],
-    options: &LoadOptions,
-    assembly: &mut Assembly,
-    token: &CancelToken,
-) -> Result<Vec3, LoadError> {
-    let mut reader = Reader::new(path, Images::new(path, options, token), assembly);
-    reader.read(Tokens::new(Cow::Borrowed(bytes), None, path, token))?;
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<Vec3, LoadError> {
+    let mut reader = Reader::new(file, assembly);
+    reader.read(Tokens::new(Cow::Borrowed(file.bytes), None, file.path, file.token))?;
     let Reader { assembly, surfaces, placed, film, .. } = reader;
     surfaces.images.finish(assembly);
     let up = film.finish(assembly);
-    placed.finish(path, options.instances, assembly, token)?;
+    placed.finish(file, assembly)?;
     Ok(up)
 }

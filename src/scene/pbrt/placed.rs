@@ -2,7 +2,6 @@
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 
 use glam::{Affine3A, DMat4, DVec3, Vec3};
 
@@ -15,8 +14,9 @@ use crate::scene::assemble::{
 use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::flatten::check_count;
 use crate::scene::offset::Extent;
-use crate::scene::options::Instancing;
+use crate::scene::options::{Instancing, LoadOptions};
 use crate::scene::placed_meshes::KeptCopies;
+use crate::scene::read::ModelFile;
 use crate::scene::two_levels::{check_copies, is_flat};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -64,13 +64,8 @@ impl Placed {
     }
 
     /// Appends all triangles, or those of each object once and its copies apart.
-    pub(super) fn finish(
-        self,
-        path: &Path,
-        instances: Instancing,
-        assembly: &mut Assembly,
-        token: &CancelToken,
-    ) -> Result<(), LoadError> {
+    pub(super) fn finish(self, file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
+        let ModelFile { path, options: &LoadOptions { instances, .. }, token, .. } = *file;
         let (all, once) = (self.counts(false, token)?, self.counts(true, token)?);
         let is_flat = match instances {
             Instancing::Auto if once == all => true,

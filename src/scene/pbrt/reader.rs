@@ -1,7 +1,6 @@
 //! The statements of a PBRT scene, which change a state, and the shapes that take it over.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use glam::{DMat4, DVec3, Vec3};
 
@@ -15,6 +14,7 @@ use crate::budget::{Budget, OverBudget};
 use crate::scene::assemble::Assembly;
 use crate::scene::error::LoadError;
 use crate::scene::images::Images;
+use crate::scene::read::ModelFile;
 use crate::text::quoted;
 
 /// Maximum number of blocks within one another.
@@ -87,7 +87,7 @@ pub(super) struct Reader<'a, 'b> {
 }
 
 impl<'a, 'b> Reader<'a, 'b> {
-    pub(super) fn new(path: &'a Path, images: Images<'a>, assembly: &'b mut Assembly) -> Self {
+    pub(super) fn new(file: &ModelFile<'a>, assembly: &'b mut Assembly) -> Self {
         let state = State {
             transform: DMat4::IDENTITY,
             is_reversed: false,
@@ -97,8 +97,8 @@ impl<'a, 'b> Reader<'a, 'b> {
         };
         Self {
             assembly,
-            files: Files::new(path, images.token),
-            surfaces: Surfaces::new(images),
+            files: Files::new(file.path, file.token),
+            surfaces: Surfaces::new(Images::new(file)),
             placed: Placed::default(),
             film: view::Film::default(),
             state,

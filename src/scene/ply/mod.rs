@@ -16,6 +16,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::assemble::{Assembly, VertexLists, offset_corners};
 use super::error::{FileLocation, LoadError, Warnings};
+use super::read::ModelFile;
 use crate::text::{counted, quoted};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::Triangle;
@@ -25,7 +26,8 @@ use values::Source;
 use vertices::Vertices;
 
 /// Loads a PLY file from memory; a second time with an offset where the vertices turn out to need one.
-pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
+    let ModelFile { path, bytes, token, .. } = *file;
     let mut read = read(path, bytes, DVec3::ZERO, false, token)?;
     let offset = read.vertices.extent.offset();
     if offset != DVec3::ZERO {
@@ -39,7 +41,7 @@ pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &C
     assembly.mesh_count = 1;
     assembly.warnings.append(warnings);
     cut_polygons(&mut faces, &vertices, is_text, &mut assembly.warnings, token)?;
-    add(path, &vertices, &faces, assembly, token)
+    add(file, &vertices, &faces, assembly)
 }
 
 /// Cuts the polygons among the triangles, and counts those that cannot be cut well.
@@ -135,13 +137,8 @@ fn check_count(source: &Source, element: &Element) -> Result<(), LoadError> {
     Ok(())
 }
 
-fn add(
-    path: &Path,
-    vertices: &Vertices,
-    faces: &Faces,
-    assembly: &mut Assembly,
-    token: &CancelToken,
-) -> Result<(), LoadError> {
+fn add(file: &ModelFile<'_>, vertices: &Vertices, faces: &Faces, assembly: &mut Assembly) -> Result<(), LoadError> {
+    let ModelFile { path, token, .. } = *file;
     let first = assembly.add_vertices(vertices.positions.len(), &vertices.lists, token)?;
     assembly.reserve(faces.corners.len()).map_err(|error| error.in_file(path))?;
     for (index, &corners) in faces.corners.iter().enumerate() {

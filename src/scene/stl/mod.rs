@@ -5,14 +5,11 @@
 
 mod text;
 
-use std::path::Path;
-
 use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
-use super::read::{READ_PROGRESS, TEXT_SAMPLE, beginning, is_control, is_plain_text};
-use bvhscope_engine::cancel::CancelToken;
+use super::read::{ModelFile, READ_PROGRESS, TEXT_SAMPLE, beginning, is_control, is_plain_text};
 use bvhscope_engine::geometry::Triangle;
 
 /// Bytes of a triangle in the binary form.
@@ -70,9 +67,10 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
 }
 
 /// Loads an STL file from memory.
-pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
+    let ModelFile { path, bytes, token, .. } = *file;
     if is_text(bytes) && binary_size(bytes) != Some(bytes.len() as u64) {
-        return text::load(path, bytes, assembly, token);
+        return text::load(file, assembly);
     }
     let Some(declared) = declared_count(bytes) else {
         let location = FileLocation::Byte(bytes.len() as u64);

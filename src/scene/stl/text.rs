@@ -8,9 +8,8 @@ use crate::scene::assemble::Assembly;
 use crate::scene::error::{FileLocation, LoadError};
 use crate::scene::numbers::{advice_about, number};
 use crate::scene::offset::{Extent, moved};
-use crate::scene::read::{BYTE_ORDER_MARK, READ_PROGRESS};
+use crate::scene::read::{BYTE_ORDER_MARK, ModelFile, READ_PROGRESS};
 use crate::text::{counted, quoted};
-use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
 
 /// Words between two cancellation checks.
@@ -97,25 +96,20 @@ struct Text<'a> {
 }
 
 /// Loads the text form from memory; a second time with an offset where the corners turn out to need one.
-pub(super) fn load(path: &Path, bytes: &[u8], assembly: &mut Assembly, token: &CancelToken) -> Result<(), LoadError> {
+pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), LoadError> {
     let warnings = assembly.warnings.clone();
-    let offset = read(path, bytes, DVec3::ZERO, assembly, token)?;
+    let offset = read(file, DVec3::ZERO, assembly)?;
     if offset != DVec3::ZERO {
         *assembly = Assembly::new();
         (assembly.warnings, assembly.offset) = (warnings, offset);
-        read(path, bytes, offset, assembly, token)?;
+        read(file, offset, assembly)?;
     }
     Ok(())
 }
 
 /// Reads all facets less `offset`, and returns the offset that they need. Words that are no statements are counted by the line.
-fn read(
-    path: &Path,
-    bytes: &[u8],
-    offset: DVec3,
-    assembly: &mut Assembly,
-    token: &CancelToken,
-) -> Result<DVec3, LoadError> {
+fn read(file: &ModelFile<'_>, offset: DVec3, assembly: &mut Assembly) -> Result<DVec3, LoadError> {
+    let ModelFile { path, bytes, token, .. } = *file;
     let mut text = Text {
         path,
         assembly,
