@@ -1,6 +1,8 @@
 //! Time of each stage of a build.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use crate::cancel::CancelToken;
 
 /// Wall-clock time of each stage of a build, in the order in which they ran.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,5 +29,24 @@ impl StageTimes {
     pub fn cost_change(&self, name: &str) -> Option<[f64; 2]> {
         let after = self.costs.iter().skip(1).position(|&(pass, _)| pass == name)? + 1;
         Some([self.costs[after - 1].1, self.costs[after].1])
+    }
+}
+
+/// A stage of a build under way.
+pub(crate) struct Stage {
+    name: &'static str,
+    start: Instant,
+}
+
+impl Stage {
+    /// Begins the stage `name`, also in the log of tasks.
+    pub(crate) fn begin(name: &'static str, token: &CancelToken) -> Self {
+        token.begin_stage(name);
+        Self { name, start: Instant::now() }
+    }
+
+    /// Ends it and notes its time.
+    pub(crate) fn end(self, times: &mut StageTimes) {
+        times.stages.push((self.name, self.start.elapsed()));
     }
 }

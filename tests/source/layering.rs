@@ -21,7 +21,7 @@ const ENGINE: Plan = Plan {
         ("kernel", &["geometry"]),
         ("tree", &[]),
         ("settings", &["geometry", "cancel", "kernel"]),
-        ("stage_times", &["*"]),
+        ("stage_times", &["geometry", "task_log", "kernel", "tree", "settings"]),
         ("order", &[]),
         ("aac", &[]),
         ("optimize", &[]),

@@ -8,8 +8,6 @@
 //!     return combine_clusters(C, 1)
 //! ```
 
-use std::time::Instant;
-
 use crate::aac::build_cache::BuildCache;
 use crate::aac::build_tree::{Forest, TreeBuilder};
 use crate::aac::cluster_container::ClusterContainer;
@@ -27,7 +25,7 @@ use crate::kernel::parallel::zeros;
 use crate::kernel::simd::dispatch;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::{BuildSettings, BuilderKind};
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::statistics::Sums;
 use crate::tree::{Node, Tree};
 
@@ -98,10 +96,9 @@ fn join<C: ClusterContainer>(
     if settings.builder != BuilderKind::Swift {
         return Ok(None);
     }
-    token.begin_stage("blocks");
-    let start = Instant::now();
+    let stage = Stage::begin("blocks", token);
     let joined = leaf_blocks(triangles, input, token)?;
-    times.stages.push(("blocks", start.elapsed()));
+    stage.end(times);
     Ok(Some(joined))
 }
 
@@ -132,8 +129,7 @@ fn cluster<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let reduction = Reduction::of(settings);
     let level = SimdLevel::of_builds().level();
     let input = items.list();
@@ -150,17 +146,16 @@ fn cluster<C: ClusterContainer>(
         combine_clusters(simd, &mut clusters, &mut Scratch::default(), 0, 1, &mut last_pairs, token)
     })?;
     *root = clusters.items[0].node();
-    times.stages.push(("tree", start.elapsed()));
+    stage.end(times);
     token.check()?;
 
-    token.begin_stage("flatten");
-    let start = Instant::now();
+    let stage = Stage::begin("flatten", token);
     let SortedItems { primitives, blocks } = items;
     let (primitive_indices, max_depth) = match blocks {
         None => order_leaves(&Primitives, top, &mut tasks, primitives.len(), sums, token),
         Some(blocks) => order_leaves(&Blocks { primitives, blocks }, top, &mut tasks, primitives.len(), sums, token),
     }?;
-    times.stages.push(("flatten", start.elapsed()));
+    stage.end(times);
     token.set_progress(1.0);
     Ok(Tree { nodes, primitive_indices, max_depth })
 }

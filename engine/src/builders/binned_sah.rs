@@ -1,8 +1,6 @@
 //! Top-down construction with binned splits by the surface area heuristic (Wald, *On fast Construction of SAH-based
 //! Bounding Volume Hierarchies*, 2007).
 
-use std::time::Instant;
-
 use glam::Vec3;
 
 use crate::aac::ClusterContainer;
@@ -10,7 +8,7 @@ use crate::builders::flatten::{ChildPair, finish, pair_node};
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::zeros;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Node, Tree};
 
 /// Number of bins along each axis; more than 16 gain little (Wald, 2007, section 3.5).
@@ -36,8 +34,7 @@ pub fn build<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let mut primitives = Vec::with_capacity(triangles.len());
     for batch in triangles.chunks(LIGHT_STEPS) {
         token.check()?;
@@ -48,7 +45,7 @@ pub fn build<C: ClusterContainer>(
     }
     let mut slots: Vec<ChildPair<C>> = zeros(primitives.len(), token)?;
     let root = split(&mut primitives, &mut slots, 0, 0, token)?;
-    finish(root, &slots, |position| primitives[position].index, start, token, times)
+    finish(root, &slots, |position| primitives[position].index, stage, token, times)
 }
 
 /// Builds the node over `primitives`, the first of which has index `offset` in the whole list.

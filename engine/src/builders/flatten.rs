@@ -1,12 +1,10 @@
 //! Flattens the pairs of nodes that top-down builders produce into a tree in depth-first order, siblings together. The
 //! agglomerative builder writes its nodes in place.
 
-use std::time::Instant;
-
 use crate::aac::ClusterContainer;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::kernel::parallel::{par_tasks, zeros};
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Container, Node, Tree};
 
 /// The two children of an interior node during construction. A node's `count` is then the number of primitives below
@@ -77,21 +75,20 @@ pub fn pair_node<C: Container>(
     }
 }
 
-/// The end of a build whose stage "tree" began at `start`: notes that stage, and flattens what it made.
+/// The end of a build: ends the `stage` of the tree, and flattens what it made.
 pub fn finish<C: ClusterContainer>(
     root: Node<C>,
     slots: &[ChildPair<C>],
     primitive_at: impl Fn(usize) -> u32 + Sync,
-    start: Instant,
+    stage: Stage,
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
-    times.stages.push(("tree", start.elapsed()));
+    stage.end(times);
     token.check()?;
-    token.begin_stage("flatten");
-    let start = Instant::now();
+    let stage = Stage::begin("flatten", token);
     let tree = flatten(root, slots, primitive_at, token)?;
-    times.stages.push(("flatten", start.elapsed()));
+    stage.end(times);
     token.set_progress(1.0);
     Ok(tree)
 }

@@ -5,8 +5,6 @@
 //!
 //! A GPU does this in one kernel, a wave of 32 threads for each list. Here it is a recursion, whose sides are independent.
 
-use std::time::Instant;
-
 use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, finish};
 use crate::builders::ploc::nearest;
@@ -15,7 +13,7 @@ use crate::geometry::Triangle;
 use crate::kernel::parallel::zeros;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::Curve;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Node, Tree};
 
 /// Number of clusters in the longest list: one for each thread of a wave.
@@ -44,14 +42,13 @@ pub fn build<C: ClusterContainer>(
 ) -> Result<Tree<C>, Cancelled> {
     let count = triangles.len();
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let mut slots: Vec<ChildPair<C>> = zeros(count, token)?;
     let mut clusters = Vec::with_capacity(2 * WAVE);
     combine(&Input { triangles, sorted: &sorted }, 0, &mut slots, &mut clusters, token)?;
     merge(&mut clusters, 0, 1, 0, &mut slots);
     let root = clusters[0].node;
-    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
+    finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
 }
 
 /// The primitives, and their order.

@@ -2,7 +2,6 @@
 //! 2009).
 
 use std::ops::Range;
-use std::time::Instant;
 
 use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, finish, pair_node};
@@ -11,7 +10,7 @@ use crate::geometry::Triangle;
 use crate::kernel::parallel::zeros;
 use crate::order::{InputBounds, SortedPrimitives, sort_primitives};
 use crate::settings::Curve;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Node, Tree};
 
 /// Maximum number of primitives that are built by one thread.
@@ -26,11 +25,10 @@ pub fn build<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let mut slots: Vec<ChildPair<C>> = zeros(triangles.len(), token)?;
     let root = split(triangles, &sorted, 0..triangles.len(), &mut slots, 0, token)?;
-    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
+    finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
 }
 
 /// Builds the node over `range`; its children go to the slot of the last primitive of the left side. The depth of the

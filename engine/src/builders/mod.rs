@@ -33,6 +33,7 @@ use crate::geometry::{Aabb, Dop14, Sphere, Triangle};
 use crate::optimize::{ANNEALING_PARTS, optimize, orient};
 use crate::order::input_bounds;
 use crate::settings::{BuildSettings, BuilderKind, Pass, Passes};
+use crate::stage_times::Stage;
 pub use crate::stage_times::StageTimes;
 use crate::tree::statistics::stats_of;
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -157,10 +158,9 @@ fn build_container<C: ClusterContainer>(
         times.reused.push("bounds");
         bounds
     } else {
-        token.begin_stage("bounds");
-        let start = Instant::now();
+        let stage = Stage::begin("bounds", token);
         let bounds = input_bounds(triangles, token)?;
-        times.stages.push(("bounds", start.elapsed()));
+        stage.end(times);
         bounds
     };
     if let Some(cache) = &mut cache {

@@ -2,8 +2,6 @@
 //! Construction*, 2018): bottom-up along a space-filling curve. In each round every cluster finds its nearest neighbour among those
 //! close by in the list, by the area of their union; clusters that are each other's nearest merge, and the list is compacted.
 
-use std::time::Instant;
-
 use crate::aac::ClusterContainer;
 use crate::builders::flatten::{ChildPair, finish};
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
@@ -11,7 +9,7 @@ use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, par_collect_in_chunks, par_tasks, zeros};
 use crate::order::{InputBounds, sort_primitives};
 use crate::settings::Curve;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Node, Tree};
 
 /// Distance in the list up to which a cluster looks for its nearest neighbour, on both sides: that of H-PLOC (Benthin et al., 2024). Not
@@ -34,8 +32,7 @@ pub fn build<C: ClusterContainer>(
 ) -> Result<Tree<C>, Cancelled> {
     let count = triangles.len();
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let mut slots: Vec<ChildPair<C>> = zeros(count - 1, token)?;
     let mut clusters = par_collect(count, token, |position| {
         let container = sorted.container(triangles, sorted.primitive(position));
@@ -55,7 +52,7 @@ pub fn build<C: ClusterContainer>(
     }
     let root = clusters[0];
     drop((clusters, next));
-    finish(root, &slots, |position| sorted.primitive(position), start, token, times)
+    finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
 }
 
 /// A round: for each cluster the other one of its pair, and where its batch writes.

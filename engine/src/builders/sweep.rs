@@ -2,8 +2,6 @@
 //! of its primitives' centres (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007: the full
 //! sweep that bins approximate). Primitives are sorted once along each axis; a split divides the three lists and keeps their order.
 
-use std::time::Instant;
-
 use glam::Vec3;
 
 use crate::aac::ClusterContainer;
@@ -12,7 +10,7 @@ use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, tasks_if, zeros};
 use crate::order::radix_sort;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::{Node, Tree};
 
 /// Maximum number of primitives that are built by one thread.
@@ -76,8 +74,7 @@ pub fn build<C: ClusterContainer>(
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
     let count = triangles.len();
-    token.begin_stage("sort");
-    let start = Instant::now();
+    let stage = Stage::begin("sort", token);
     let containers: Vec<C> = par_collect(count, token, |index| C::of_triangle(&triangles[index]))?;
     // Adding zero makes negative zeros positive, so that their bits are equal, too.
     let centres = par_collect(count, token, |index| containers[index].centroid() + Vec3::ZERO)?;
@@ -86,10 +83,9 @@ pub fn build<C: ClusterContainer>(
     for (axis, order) in orders.iter_mut().enumerate() {
         *order = sorted_along(axis, &primitives.centres, token)?;
     }
-    times.stages.push(("sort", start.elapsed()));
+    stage.end(times);
 
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let mut scratch = [const { Vec::new() }; 3];
     for list in &mut scratch {
         *list = zeros(count, token)?;
@@ -99,7 +95,7 @@ pub fn build<C: ClusterContainer>(
         Range { orders: orders.each_mut().map(Vec::as_mut_slice), scratch: scratch.each_mut().map(Vec::as_mut_slice) };
     let root = split(&primitives, range, &mut slots, 0, 0, token)?;
     drop((scratch, primitives));
-    finish(root, &slots, |position| orders[0][position], start, token, times)
+    finish(root, &slots, |position| orders[0][position], stage, token, times)
 }
 
 /// Indices of the primitives in the order of their centres along `axis`, of equal ones by index.

@@ -4,7 +4,6 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use std::ops::Range;
-use std::time::Instant;
 
 use bytemuck::Zeroable;
 use fearless_simd::Simd;
@@ -22,7 +21,7 @@ use crate::order::morton::CODE_BITS;
 use crate::order::primitive_container::PrimitiveContainer;
 use crate::order::radix_sort::{radix_sort, radix_sort_with};
 use crate::settings::Curve;
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 
 /// Primitives per task.
 const BATCH: usize = 8192;
@@ -57,8 +56,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     times: &mut StageTimes,
 ) -> Result<SortedPrimitives<C>, Cancelled> {
     token.check()?;
-    token.begin_stage("codes");
-    let start = Instant::now();
+    let stage = Stage::begin("codes", token);
     let grid = CurveGrid::new(&bounds.centroids, curve);
     let index_bits = usize::BITS - (triangles.len() - 1).leading_zeros();
     let code_shift = (CODE_BITS + index_bits).saturating_sub(u64::BITS);
@@ -73,11 +71,10 @@ pub fn sort_primitives<C: PrimitiveContainer>(
         }
         Ok(())
     })?;
-    times.stages.push(("codes", start.elapsed()));
+    stage.end(times);
     token.check()?;
 
-    token.begin_stage("sort");
-    let start = Instant::now();
+    let stage = Stage::begin("sort", token);
     radix_sort(&mut keys, u64::BITS.min(CODE_BITS + index_bits), token)?;
     token.check()?;
     let mut order = SortedPrimitives {
@@ -93,7 +90,7 @@ pub fn sort_primitives<C: PrimitiveContainer>(
     if !crowded.is_empty() {
         order.sort_crowded_cells(&crowded, triangles, &grid, token)?;
     }
-    times.stages.push(("sort", start.elapsed()));
+    stage.end(times);
     token.check()?;
     Ok(order)
 }

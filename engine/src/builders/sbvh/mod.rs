@@ -18,8 +18,6 @@ mod sides;
 mod by_list;
 mod by_plane;
 
-use std::time::Instant;
-
 use bytemuck::Zeroable;
 
 use crate::builders::clip::overlap_within;
@@ -28,7 +26,7 @@ use crate::builders::prepared::MAX_PRIMITIVES;
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::{par_collect, zeros};
-use crate::stage_times::StageTimes;
+use crate::stage_times::{Stage, StageTimes};
 use crate::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use crate::tree::{Node, Tree};
 
@@ -53,8 +51,7 @@ pub fn build(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<Aabb>, Cancelled> {
-    token.begin_stage("tree");
-    let start = Instant::now();
+    let stage = Stage::begin("tree", token);
     let count = triangles.len();
     let extra = if may_cut { (count as f64 * MAX_EXTRA) as usize } else { 0 };
     let capacity = (count + extra).min(MAX_PRIMITIVES - 1);
@@ -70,7 +67,7 @@ pub fn build(
     let scene = Scene { triangles, overlap: overlap_within(&bounds), min_common_area: ALPHA * bounds.half_area() };
     let mut slots: Vec<ChildPair<Aabb>> = zeros(capacity, token)?;
     let root = split(&scene, &mut references, count, &mut slots, 0, 0, token)?;
-    finish(root, &slots, |position| references[position].triangle, start, token, times)
+    finish(root, &slots, |position| references[position].triangle, stage, token, times)
 }
 
 /// Builds the node over the first `count` of `references`, the others of which are spare; the first has the index `offset` in the
