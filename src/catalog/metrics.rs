@@ -190,7 +190,7 @@ pub const COST: &Metric = &Metric {
     quantity: "Share of the SAH cost",
     meaning: "Contribution of the node alone to the SAH cost of the tree: area / root's area × (1 traversal step, or 1 test for \
               each triangle of a leaf)",
-    term: Some(&terms::SAH_COST),
+    term: Some(terms::SAH_COST),
     form: Form::Share,
     source: Source::Tree,
     scale: Scale::Logarithmic,
@@ -224,7 +224,7 @@ pub const REGRET: &Metric = &Metric {
     meaning: "How much cheaper the tree would be with this subtree rebuilt, where that is a larger part of its cost than in its \
               children and its parent; elsewhere what its own split costs. Rebuilt by binned SAH, of up to 500 triangles by exact \
               clustering too",
-    term: Some(&terms::REGRET),
+    term: Some(terms::REGRET),
     source: Source::Regrets,
     ends: Ends::Fitting(LEAST_REGRET),
     get: |nodes, node| nodes.regrets?.regret(node),
@@ -248,7 +248,7 @@ pub const OVERLAP: &Metric = &Metric {
     quantity: "Overlap of the children",
     meaning: "Surface of what both children have in common, over the node's own: rays there must visit both. Of more than two, the \
               sum over all pairs",
-    term: Some(&terms::OVERLAP),
+    term: Some(terms::OVERLAP),
     scale: Scale::Linear,
     // Pairs of more than two children add up beyond 1.
     ends: Ends::UpToLargest,
@@ -296,7 +296,7 @@ pub const AREA: &Metric = &Metric {
     label: "Area",
     quantity: "Area over the root's",
     meaning: "Surface area over the root's: how likely a ray that hits the root hits the node",
-    term: Some(&terms::AREA_SHARE),
+    term: Some(terms::AREA_SHARE),
     get: |nodes, node| with_tree!(nodes.tree, tree => Some(node_metrics::area_share(tree, node))),
     ..*COST
 };
@@ -307,7 +307,7 @@ pub const PRIMITIVES: &Metric = &Metric {
     label: "Triangles",
     quantity: "Triangles below",
     meaning: "Triangles below the node: where the model is dense",
-    term: Some(&terms::NODE),
+    term: Some(terms::NODE),
     form: Form::Count,
     source: Source::Counts,
     get: |nodes, node| {
@@ -327,7 +327,7 @@ pub const DEPTH: &Metric = &Metric {
     label: "Depth",
     quantity: "Depth",
     meaning: "Levels below the root, which has depth 0",
-    term: Some(&terms::DEPTH),
+    term: Some(terms::DEPTH),
     form: Form::Count,
     scale: Scale::SquareRoot,
     ends: Ends::OfTree(|stats| stats.max_depth.max(1) as f32),

@@ -15,3 +15,12 @@ pub mod metrics;
 pub mod fields;
 
 pub mod values;
+
+/// Equality of keys and names in constants, whose rows are found by them.
+const fn is_same(a: &str, b: &str) -> bool {
+    let (a, b, mut index) = (a.as_bytes(), b.as_bytes(), 0);
+    while index < a.len() && index < b.len() && a[index] == b[index] {
+        index += 1;
+    }
+    index == a.len() && index == b.len()
+}

@@ -148,7 +148,7 @@ fn a_number_leads_to_its_term() {
     }
     press(&mut h, "What is “SAH cost”?");
     let help = h.state().layout.help.clone().unwrap();
-    assert_eq!((help.page, help.term), (HelpPage::Glossary, Some(&terms::SAH_COST)));
+    assert_eq!((help.page, help.term), (HelpPage::Glossary, Some(terms::SAH_COST)));
     assert!(h.query_by_label(terms::SAH_COST.text).is_some());
 }
 

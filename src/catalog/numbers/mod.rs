@@ -3,6 +3,7 @@
 
 use serde_json::Value;
 
+use super::is_same;
 use super::reading::TreeReading;
 use super::terms::{self, Term};
 use crate::text::{number, whole};
@@ -161,7 +162,7 @@ const fn joined() -> [Number; COUNT] {
 const fn named(key: &str) -> &'static Number {
     let mut index = 0;
     while index < NUMBERS.len() {
-        if is_same(NUMBERS[index].key.as_bytes(), key.as_bytes()) {
+        if is_same(NUMBERS[index].key, key) {
             return &NUMBERS[index];
         }
         index += 1;
@@ -169,17 +170,9 @@ const fn named(key: &str) -> &'static Number {
     panic!("no number has this name")
 }
 
-const fn is_same(a: &[u8], b: &[u8]) -> bool {
-    let mut index = 0;
-    while index < a.len() && index < b.len() && a[index] == b[index] {
-        index += 1;
-    }
-    index == a.len() && index == b.len()
-}
-
 /// The whole glossary: the tree, its numbers, how it is built, improved and traced; then what numbers bring themselves.
 pub fn glossary() -> Vec<&'static Term> {
-    let mut terms = terms::TERMS.to_vec();
+    let mut terms: Vec<_> = terms::TERMS.iter().collect();
     for term in NUMBERS.iter().filter_map(|number| number.term) {
         if !terms.contains(&term) {
             terms.push(term);
@@ -251,8 +244,8 @@ mod tests {
     #[test]
     fn a_filter_finds_names_texts_and_authors() {
         let found = |filter: &str| glossary().into_iter().filter(|term| term.matches(filter)).collect::<Vec<_>>();
-        assert_eq!(found("sah COST ")[..1], [&terms::SAH_COST]);
-        assert_eq!(found("Meister"), [&terms::PLOC, &terms::REINSERTION]);
+        assert_eq!(found("sah COST ")[..1], [terms::SAH_COST]);
+        assert_eq!(found("Meister"), [terms::PLOC, terms::REINSERTION]);
         assert_eq!(found("").len(), glossary().len());
         assert!(found("xyzzy").is_empty());
     }

@@ -15,7 +15,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "SAH cost",
         meaning: "Expected cost of a ray that hits the root, by the surface area heuristic: each test weighted by the area of the \
                   node over the root's",
-        term: Some(&terms::SAH_COST),
+        term: Some(terms::SAH_COST),
         get: |tree| single(tree.report.stats.sah_cost),
         compared: Some(Compared { name: "SAH cost", across_containers: false, ..LESS }),
         info: Some(("SAH cost", |tree| {
@@ -53,7 +53,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "EPO",
         meaning: "End-point overlap (Aila et al. 2013): surface inside nodes that do not contain it, over the whole surface; \
                   inside an interior node it counts `traversal_cost`, inside a leaf 1 for each of its triangles",
-        term: Some(&terms::EPO),
+        term: Some(terms::EPO),
         note: Some(|tree| tree.epo?.estimate_note()),
         get: |tree| single(tree.epo?.value),
         compared: Some(Compared { name: "EPO", across_containers: false, ..LESS }),
@@ -83,7 +83,7 @@ pub(super) const ROWS: &[Number] = &[
         digits: Digits::Count,
         label: "Nodes",
         meaning: "Interior nodes and leaves",
-        term: Some(&terms::NODE),
+        term: Some(terms::NODE),
         get: |tree| known(tree.report.stats.nodes),
         compared: Some(Compared { name: "nodes", ..NEITHER }),
         panel: Some(Section::Tree),
@@ -99,7 +99,7 @@ pub(super) const ROWS: &[Number] = &[
         digits: Digits::Count,
         label: "Leaves",
         meaning: "Nodes that hold triangles",
-        term: Some(&terms::LEAF),
+        term: Some(terms::LEAF),
         get: |tree| known(tree.report.stats.leaves),
         compared: Some(Compared { name: "leaves", ..NEITHER }),
         panel: Some(Section::Tree),
@@ -111,7 +111,7 @@ pub(super) const ROWS: &[Number] = &[
         digits: Digits::Count,
         label: "Depth",
         meaning: "Depth of the deepest node, root 0",
-        term: Some(&terms::DEPTH),
+        term: Some(terms::DEPTH),
         note: Some(|tree| Some(format!("leaves lie at {:.1} on average", tree.report.stats.mean_leaf_depth))),
         get: |tree| known(tree.report.stats.max_depth),
         compared: Some(Compared { name: "depth", ..NEITHER }),
@@ -133,7 +133,7 @@ pub(super) const ROWS: &[Number] = &[
         key: "children_per_node",
         label: "Children",
         meaning: "Children of an interior node: fewest, mean, most; absent for a binary tree",
-        term: Some(&terms::NODE),
+        term: Some(terms::NODE),
         note: Some(|tree| {
             let counts = tree.report.stats.arity_histogram.iter().enumerate().filter(|(_, nodes)| **nodes > 0);
             let list: Vec<String> =
@@ -164,7 +164,7 @@ pub(super) const ROWS: &[Number] = &[
         key: "leaf_size",
         label: "Leaf size",
         meaning: "Triangles in a leaf: smallest, mean, largest",
-        term: Some(&terms::LEAF),
+        term: Some(terms::LEAF),
         get: |tree| {
             let stats = &tree.report.stats;
             singles([stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32])

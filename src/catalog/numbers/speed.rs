@@ -16,7 +16,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "Build time",
         meaning: "Wall-clock time of building the binary tree, as in the paper: the median of the repetitions; null where the \
                   file of the tree does not state it",
-        term: Some(&terms::BUILD_TIME),
+        term: Some(terms::BUILD_TIME),
         get: |tree| known(tree.build.map_or(f64::NAN, |build| build.ms)),
         spread: Some(("build_ms_spread", |tree| tree.build?.spread)),
         compared: Some(Compared { name: "build ms", is_timed: true, ..LESS }),
@@ -84,7 +84,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "Speed",
         meaning: "Primary rays per second through the wide tree, in millions, from `wide_trace_ms`; of `render` with the shading of \
                   the picture, and in the window of the measuring view of `tests_per_entering_ray`, repeated at rest",
-        term: Some(&terms::MRAYS_PER_SECOND),
+        term: Some(terms::MRAYS_PER_SECOND),
         get: |tree| match (tree.at_rest, tree.trace?.wide) {
             (Some((rays, times)), _) => known(millions_per_second(rays, times.ms)),
             (None, Some(wide)) => known(rate(tree, wide.ms)?),
@@ -106,7 +106,7 @@ pub(super) const ROWS: &[Number] = &[
         key: "container_tests_per_ray",
         label: "Container tests",
         meaning: "Containers tested by a primary ray, on average over all, those that miss the root included",
-        term: Some(&terms::TESTS_PER_RAY),
+        term: Some(terms::TESTS_PER_RAY),
         get: |tree| tests(tree, |[containers, _]| containers),
         compared: Some(Compared { name: "container tests/ray", ..OF_VIEW }),
         panel: Some(Section::Trace),
@@ -117,7 +117,7 @@ pub(super) const ROWS: &[Number] = &[
         key: "primitive_tests_per_ray",
         label: "Triangle tests",
         meaning: "Triangles tested by a primary ray, on average over all, those that miss the root included",
-        term: Some(&terms::TESTS_PER_RAY),
+        term: Some(terms::TESTS_PER_RAY),
         get: |tree| tests(tree, |[_, primitives]| primitives),
         compared: Some(Compared { name: "triangle tests/ray", ..OF_VIEW }),
         panel: Some(Section::Trace),
@@ -128,7 +128,7 @@ pub(super) const ROWS: &[Number] = &[
         key: "tests_per_ray",
         label: "Tests per pixel",
         meaning: "Containers and triangles tested by a primary ray, on average over all, those that miss the root included",
-        term: Some(&terms::TESTS_PER_RAY),
+        term: Some(terms::TESTS_PER_RAY),
         get: |tree| tests(tree, |[containers, primitives]| containers + primitives),
         compared: Some(Compared { name: "tests/ray", ..OF_VIEW }),
         panel: Some(Section::Trace),
@@ -141,7 +141,7 @@ pub(super) const ROWS: &[Number] = &[
         meaning: "Containers and triangles tested by a primary ray that enters the scene's box, the axis-aligned one around all \
                   triangles, on average, so that trees of all containers are judged by the same rays: each container tested counts 1, two for each interior node that is visited, and so does each triangle tested. In the window of \
                   the measuring view, 1024×1024 pixels from the model's default camera, whatever the window shows",
-        term: Some(&terms::TESTS_PER_RAY),
+        term: Some(terms::TESTS_PER_RAY),
         get: |tree| single(tree.entering?.tests),
         compared: Some(Compared { name: "tests/entering ray", ..LESS }),
         column: Some(("entering", "tests/ray")),
@@ -161,7 +161,7 @@ pub(super) const ROWS: &[Number] = &[
         label: "Bytes per ray",
         meaning: "Memory of the wide tree that a ray of `tests_per_entering_ray` reads, on average: 64 bytes for each cache line of \
                   nodes or triangles that it touches, counted once a ray, as if none were cached before",
-        term: Some(&terms::CACHE_LINE),
+        term: Some(terms::CACHE_LINE),
         note: Some(|tree| {
             let [nodes, triangles] = tree.entering?.lines.map(|lines| number(lines.into()));
             Some(format!("{nodes} lines of nodes and {triangles} of triangles, in the measuring view"))

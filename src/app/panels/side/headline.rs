@@ -213,7 +213,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             unit,
             remark: shown.and_then(build_remark),
             tip: build_tip(shown, other),
-            term: &terms::BUILD_TIME,
+            term: terms::BUILD_TIME,
         },
         Tile {
             quantity: SAH_COST,
@@ -226,7 +226,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
                 "Expected cost of a ray by the surface area heuristic: container test {}, triangle test {INTERSECTION_COST}, over the root's area. Lower is better",
                 state.container_kind().traversal_cost()
             ),
-            term: &terms::SAH_COST,
+            term: terms::SAH_COST,
         },
         Tile {
             quantity: TESTS_PER_ENTERING_RAY,
@@ -237,7 +237,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             remark: None,
             tip: "Container and triangle tests of a primary ray that enters the scene's box, on average, in a view of 1024×1024 pixels from the model's default camera: the same in every window; at first an estimate by fewer rays. Section Trace has the mean of this picture. Lower is better"
                 .to_owned(),
-            term: &terms::TESTS_PER_RAY,
+            term: terms::TESTS_PER_RAY,
         },
         Tile {
             quantity: MRAYS_PER_S,
@@ -247,7 +247,7 @@ fn tiles(state: &AppState, shown: Option<&Presented>) -> [Tile; 4] {
             unit: "Mray/s",
             remark: shown.and_then(speed_spread).map(|[least, most]| format!("{least} to {most}")),
             tip: speed_tip(shown, other),
-            term: &terms::MRAYS_PER_SECOND,
+            term: terms::MRAYS_PER_SECOND,
         },
     ]
 }

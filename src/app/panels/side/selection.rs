@@ -117,17 +117,17 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
         }
     }
     let index = Statistic::new("Node", format::count(u64::from(node))).tip("Its index in the tree");
-    statistic(ui, state, &index.term(&terms::NODE));
+    statistic(ui, state, &index.term(terms::NODE));
     let depth = table.depth(node);
     statistic(
         ui,
         state,
-        &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(&terms::DEPTH),
+        &Statistic::new("Depth", depth.to_string()).tip("Levels below the root, which has depth 0").term(terms::DEPTH),
     );
     let children = table.children(node).len();
     if children > 0 && children != 2 {
         let tip = "Children of this node; a ray that visits it tests the container of each";
-        statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(&terms::NODE));
+        statistic(ui, state, &Statistic::new("Children", children.to_string()).tip(tip).term(terms::NODE));
     }
     let primitives = table.known_primitives(node);
     let below = format!("{several} below");
@@ -163,11 +163,11 @@ fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
     }
     let area = f64::from(table.area_share(node));
     let tip = "Surface area relative to the root's: how likely a ray that hits the root hits it";
-    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(&terms::AREA_SHARE));
+    statistic(ui, state, &Statistic::new("Area share", format::percent(area)).tip(tip).term(terms::AREA_SHARE));
     if shown.accel.report.stats.sah_cost > 0.0 {
         let fraction = f64::from(table.sah_share(node));
         let tip = "What this node alone adds to the SAH cost of the tree";
-        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(&terms::SAH_COST));
+        statistic(ui, state, &Statistic::new("SAH share", format::percent(fraction)).tip(tip).term(terms::SAH_COST));
     }
     let visits = state.model.derived.known_visits(&shown.accel);
     let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };

@@ -274,7 +274,7 @@ fn common_nodes(ui: &mut Ui, state: &mut AppState, nodes: usize) {
         }
         None => Statistic::new("In both trees", "…".to_owned()).tip(tip),
     };
-    statistic(ui, state, &row.term(&terms::NODE));
+    statistic(ui, state, &row.term(terms::NODE));
 }
 
 /// A row that shows for a while how its value differs from that of the tree before.
@@ -303,11 +303,11 @@ fn trace_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let stats = &shown.frame.stats;
     let (number, unit) = format::duration_parts(stats.trace_time);
     let tip = "Wall-clock time of the newest pass, shading included";
-    statistic(ui, state, &Statistic::new("Pass time", number).unit(unit).tip(tip).term(&terms::PASS));
+    statistic(ui, state, &Statistic::new("Pass time", number).unit(unit).tip(tip).term(terms::PASS));
     let hits = format::percent(stats.hits as f64 / stats.primary_rays.max(1) as f64);
     let tip =
         format!("{} of {} primary rays hit something", format::count(stats.hits), format::count(stats.primary_rays));
-    statistic(ui, state, &Statistic::new("Hits", hits).tip(tip).term(&terms::PRIMARY_RAY));
+    statistic(ui, state, &Statistic::new("Hits", hits).tip(tip).term(terms::PRIMARY_RAY));
     numbers(ui, state, shown, Section::Trace);
 }
 
