@@ -2,6 +2,7 @@
 
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::{Request, Severity};
+use bvhscope::app::views;
 use bvhscope::render::{Frame, Shading};
 use bvhscope::scene::{Instancing, SceneSource};
 use bvhscope_engine::tree::ContainerKind;
@@ -37,7 +38,7 @@ fn a_click_selects_a_copy_and_hiding_it_shows_what_is_behind() {
 #[test]
 fn every_view_and_shading_answers() {
     let mut harness = app_of_copies();
-    for view in ["Merges", "Icicle", "Ray", "Nodes", "Plots", "Paper", "Motion"] {
+    for view in views::names() {
         harness.state_mut().state.preferences.dock.show(view);
         settle(&mut harness);
         assert_eq!(errors(&harness), [""; 0], "{view}");

@@ -108,6 +108,11 @@ impl Tab {
     }
 }
 
+/// The names of all views, in the order of their tabs.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    VIEWS.iter().map(|view| view.name)
+}
+
 /// The states of all views at the start.
 pub fn states() -> ViewStates {
     let mut states = ViewStates::default();
