@@ -18,7 +18,7 @@ const LARGEST_SCALE: f64 = 1e12;
 /// Largest coordinate of a copy: as far as triangles are watertight.
 const LARGEST_COORDINATE: f64 = 1e18;
 /// Least widening of boxes for rays whose directions keep their scale: more than what products of small numbers lose.
-const LEAST_WIDENING: f32 = 1e-20;
+pub(crate) const LEAST_WIDENING: f32 = 1e-20;
 /// Largest difference from the identity of a transform times its computed inverse.
 const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
 
@@ -39,6 +39,20 @@ pub(crate) struct CarriedPoint {
     /// Factors of a direction in the world, by axis of the mesh.
     pub(crate) rows: [[f32; 3]; 3],
     /// See [`CarriedRay::widening`].
+    pub(crate) widening: [f32; 3],
+}
+
+/// What carries rays into the coordinates of a mesh in single precision.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SingleCarry {
+    /// Factors of the coordinates and directions in the world, by axis of the mesh.
+    pub(crate) rows: [[f32; 3]; 3],
+    /// What is subtracted from coordinates before.
+    pub(crate) translation: [f32; 3],
+    /// See [`SingleCarry::widening`]: of the copy.
+    pub(crate) reach: f32,
+    /// By how much boxes must be widened on each axis for each unit of the sum of `reach` and the largest absolute coordinate of the ray's
+    /// origin.
     pub(crate) widening: [f32; 3],
 }
 
@@ -170,18 +184,41 @@ impl Placement {
     fn carry_origin(&self, origin: Vec3) -> (Vec3, [f32; 3]) {
         let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
         let carried = self.inverse * (origin.as_dvec3() - DVec3::new(x, y, z));
-        let reach = (self.reach + f64::from(origin.abs().max_element())) * CARRY_PAD;
+        let reach = self.reach + f64::from(origin.abs().max_element());
+        (carried.as_vec3(), self.widening().map(|factor| (factor * reach) as f32))
+    }
+
+    /// The widening for each unit of the reaches of copy and ray, by axis of the mesh.
+    #[inline(always)]
+    fn widening(&self) -> [f64; 3] {
         let rows = self.inverse.transpose();
-        let widening = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| (row.abs().element_sum() * reach) as f32);
-        (carried.as_vec3(), widening)
+        [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.abs().element_sum() * CARRY_PAD)
+    }
+
+    /// Factors of a direction in the world, by axis of the mesh, in single precision.
+    #[inline(always)]
+    fn single_rows(&self) -> [[f32; 3]; 3] {
+        let rows = self.inverse.transpose();
+        [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.as_vec3().to_array())
+    }
+
+    /// [`Placement::carry`] for many rays whose directions keep their scale, with origins and directions in single precision: seven
+    /// roundings more, which the widening has room for.
+    #[inline(always)]
+    pub(crate) fn carry_single(&self) -> SingleCarry {
+        SingleCarry {
+            rows: self.single_rows(),
+            translation: self.rows.map(|row| row[3]),
+            reach: self.reach as f32,
+            widening: self.widening().map(|factor| factor as f32),
+        }
     }
 
     /// [`Placement::carry`] for many rays from one point, whose directions are carried in single precision and keep their scale: three
     /// roundings more, which the widening has room for. `None` where the numbers may leave the range of single precision.
     pub(crate) fn carry_point(&self, origin: Vec3) -> Option<CarriedPoint> {
         let (point, widening) = self.carry_origin(origin);
-        let rows = self.inverse.transpose();
-        let rows = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.as_vec3().to_array());
+        let rows = self.single_rows();
         let fits = point.is_finite() && widening.iter().all(|&width| width >= LEAST_WIDENING);
         fits.then_some(CarriedPoint { point, rows, widening })
     }

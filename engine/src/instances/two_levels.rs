@@ -10,13 +10,15 @@ use super::hit::InstanceHit;
 use crate::builders::BuildError;
 use crate::bvh::{Bvh, ItemBvh, WideBvh};
 use crate::cancel::CancelToken;
-use crate::geometry::{Aabb, Hit, Ray, TriangleHit};
+use crate::geometry::{Aabb, Ray, TriangleHit};
 use crate::query::HitList;
 use crate::settings::BuildSettings;
 use crate::tree::Container;
 use crate::tree::traverse::Probe;
 use crate::wide::AnyWideTree;
-use crate::wide::trace::{copies as walk, each_hit_of_copy, each_hit_of_copy_with, packet, packet_copies, world_ray};
+use crate::wide::trace::{
+    copies as walk, each_hit_of_copy, each_hit_of_copy_with, packet, packet_copies, stream_copies, world_ray,
+};
 use crate::with_tree;
 
 /// Copies of meshes in a tree of two levels: one hierarchy for each mesh, however many copies it has, and one over the copies.
@@ -137,7 +139,7 @@ impl Instances {
         nearest
     }
 
-    /// [`Instances::closest_hit`] of each of `rays`, written to the first elements of `hits`. Fast if the rays come from one point in
+    /// [`Instances::closest_hit`] of each of `rays`, written to the first elements of `hits`. Fastest if the rays come from one point in
     /// similar directions and each sixteen consecutive rays are neighbours; correct for any rays.
     ///
     /// # Panics
@@ -146,24 +148,25 @@ impl Instances {
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<InstanceHit>]) {
         assert!(hits.len() >= rays.len(), "{} hits for {} rays", hits.len(), rays.len());
         let hits = &mut hits[..rays.len()];
+        let AnyWideTree::Aabb(top) = &self.top.tree else {
+            return rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+        };
         for (rays, hits) in rays.chunks(packet::MAX_RAYS).zip(hits.chunks_mut(packet::MAX_RAYS)) {
-            if !self.closest_hits_of_packet(rays, hits) {
-                rays.iter().zip(hits).for_each(|(ray, hit)| *hit = self.closest_hit(ray));
+            hits.fill(None);
+            let copy_of = |item| self.copy(item);
+            let is_packet = rays.len() >= packet::FEW
+                && packet_copies::closest_hits(Level::new(), top, &copy_of, rays, &mut |index, instance, hit| {
+                    hits[index] = Some(InstanceHit::of(instance, hit));
+                });
+            if !is_packet {
+                let left_out = stream_copies::closest_hits(Level::new(), top, &copy_of, rays, &mut |index, hit| {
+                    hits[index] = hit.map(|(instance, hit)| InstanceHit::of(instance, hit));
+                });
+                for index in left_out {
+                    hits[index] = self.closest_hit(&rays[index]);
+                }
             }
         }
-    }
-
-    /// Traces `rays` as a packet; `false` if they are few, or not coherent enough.
-    fn closest_hits_of_packet(&self, rays: &[Ray], hits: &mut [Option<InstanceHit>]) -> bool {
-        let AnyWideTree::Aabb(top) = &self.top.tree else { return false };
-        if rays.len() < packet::FEW {
-            return false;
-        }
-        hits.fill(None);
-        packet_copies::closest_hits(Level::new(), top, &|item| self.copy(item), rays, &mut |index, instance, hit| {
-            let Hit { t, primitive_index, u, v } = hit;
-            hits[index] = Some(InstanceHit { t, instance, primitive_index, u, v });
-        })
     }
 
     /// Tells if anything lies on `ray` between its `t_min` and `t_max`.
@@ -183,7 +186,13 @@ impl Instances {
     /// If `blocked` is shorter than `rays`.
     pub fn any_hits(&self, rays: &[Ray], blocked: &mut [bool]) {
         assert!(blocked.len() >= rays.len(), "{} results for {} rays", blocked.len(), rays.len());
-        rays.iter().zip(blocked).for_each(|(ray, blocked)| *blocked = self.any_hit(ray));
+        let AnyWideTree::Aabb(top) = &self.top.tree else {
+            return rays.iter().zip(blocked).for_each(|(ray, blocked)| *blocked = self.any_hit(ray));
+        };
+        let left_out = stream_copies::any_hits(Level::new(), top, &|item| self.copy(item), rays, blocked);
+        for index in left_out {
+            blocked[index] = self.any_hit(&rays[index]);
+        }
     }
 
     /// The hits of `ray` into `hits`: each triangle of each copy once, by distance, at equal distances by copy and triangle, at most the

@@ -224,7 +224,13 @@ impl<'a, const N: usize> BlockRay<'a, N> {
 
     /// Whether the ray hits any triangle of `block` up to `t_max`; `self` was prepared from `ray`.
     #[inline(always)]
-    pub(crate) fn any_hit<S: Simd>(self, simd: S, block: TriangleBlock<'_>, ray: &Ray, t_max: f32) -> bool {
+    pub(crate) fn any_hit<S: Simd, const STRIDE: usize>(
+        self,
+        simd: S,
+        block: TriangleBlock<'_, STRIDE>,
+        ray: &Ray,
+        t_max: f32,
+    ) -> bool {
         let (is_hit, uncertain) = self.any_certain_hit(simd, block, ray, t_max);
         is_hit
             || uncertain != 0
@@ -233,14 +239,14 @@ impl<'a, const N: usize> BlockRay<'a, N> {
 
     /// [`BlockRay::any_hit`] without the triangles that take double precision, which it returns, one bit each.
     #[inline(always)]
-    pub(crate) fn any_certain_hit<S: Simd>(
+    pub(crate) fn any_certain_hit<S: Simd, const STRIDE: usize>(
         self,
         simd: S,
-        block: TriangleBlock<'_>,
+        block: TriangleBlock<'_, STRIDE>,
         ray: &Ray,
         t_max: f32,
     ) -> (bool, u32) {
-        let Some(plane_hits) = self.intersect_planes::<S, 0, true, false>(simd, block, ray, t_max) else {
+        let Some(plane_hits) = self.intersect_planes::<S, STRIDE, true, false>(simd, block, ray, t_max) else {
             return (false, 0);
         };
         let entered = self.intersect_bounds(simd, block, t_max).0.to_bitmask() as u32;

@@ -1,6 +1,6 @@
 //! Rays in structure-of-arrays layout, prepared for the tests of wide trees.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8, u32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x4, f32x8, mask32x8, u32x8};
 use glam::Vec3;
 
 use crate::geometry::{PARALLEL_PAD, Ray};
@@ -182,30 +182,74 @@ impl<const N: usize> RayLanes<N> {
     /// Prepares the first eight of `rays` for containers of type `C` and stores them from index `first` on, a multiple
     /// of [`RAY_LANES`]. Returns a mask of the rays that can hit anything.
     #[inline(always)]
-    #[expect(clippy::too_many_lines, reason = "a list of fields")]
     pub(crate) fn set<S: Simd, C: RayRows>(&mut self, simd: S, first: usize, rays: &[Ray]) -> u32 {
         if rays.is_empty() {
             return 0;
         }
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = transposed(simd, rays);
+        let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
+        let first = first % N;
+        let can_hit = self.set_slabs(
+            simd,
+            first,
+            [o, d],
+            [t_min, t_max],
+            #[inline(always)]
+            |_, pad, _| pad,
+        );
+        self.set_shear(simd, first, [o, d]);
+        if C::OTHER_ROWS > 0 {
+            for (other, row) in self.others.iter_mut().zip(C::other_rows(simd, o, d)).take(C::OTHER_ROWS) {
+                put(other, first, row);
+            }
+        }
+        can_hit.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
+    }
+
+    /// Stores what tests of planes along the axes need. `o` and `d` are origins and directions; `pad` gets an axis, how far the origins for
+    /// tests of lower and upper planes are to be apart from the origin, and whether the direction is negative there, and returns what they
+    /// shall be apart. Returns the rays that can hit anything.
+    #[inline(always)]
+    pub(crate) fn set_slabs<S: Simd>(
+        &mut self,
+        simd: S,
+        first: usize,
+        [o, d]: [[f32x8<S>; 3]; 2],
+        [t_min, t_max]: [f32x8<S>; 2],
+        pad: impl Fn(usize, f32x8<S>, mask32x8<S>) -> f32x8<S>,
+    ) -> mask32x8<S> {
         let splat = |value| f32x8::splat(simd, value);
         let (zero, one, largest) = (splat(0.0), splat(1.0), splat(f32::MAX));
-        let [ox, oy, oz, dx, dy, dz, given_t_min, t_max] = transposed(simd, rays);
-        let (o, d) = ([ox, oy, oz], [dx, dy, dz]);
-        let t_min = given_t_min.simd_gt(zero).select(given_t_min, zero);
+        let t_min = t_min.simd_gt(zero).select(t_min, zero);
         let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let can_hit = squared.simd_ge(splat(f32::MIN_POSITIVE))
+        let (low_side, high_side) = (u32x8::splat(simd, 0), u32x8::splat(simd, WIDTH as u32));
+        for axis in 0..3 {
+            let inverse = one / d[axis];
+            let crosses = inverse.abs().simd_le(largest);
+            let parallel_pad = o[axis].abs() * splat(2.0 * f32::EPSILON) + splat(PARALLEL_PAD);
+            let inverse = crosses.select(inverse, largest);
+            let is_negative = inverse.simd_lt(zero);
+            let pad = pad(axis, crosses.select(zero, parallel_pad), is_negative);
+            put(&mut self.triangles.origin_low[axis], first, o[axis] + pad);
+            put(&mut self.triangles.origin_high[axis], first, o[axis] - pad);
+            put(&mut self.triangles.negative_inverse[axis], first, -inverse);
+            let near = is_negative.select(high_side, low_side);
+            self.near[axis][first..][..RAY_LANES].copy_from_slice(near.as_slice());
+        }
+        put(&mut self.triangles.t_min, first, t_min);
+        squared.simd_ge(splat(f32::MIN_POSITIVE))
             & squared.simd_le(largest)
             & o[0].abs().simd_le(largest)
             & o[1].abs().simd_le(largest)
             & o[2].abs().simd_le(largest)
             & t_min.simd_le(t_max)
-            & t_min.simd_le(largest);
-        let inverse = each!(axis => one / d[axis]);
-        let crosses = each!(axis => inverse[axis].abs().simd_le(largest));
-        let pad = each!(axis => {
-            crosses[axis].select(zero, o[axis].abs() * splat(2.0 * f32::EPSILON) + splat(PARALLEL_PAD))
-        });
-        let inverse = each!(axis => crosses[axis].select(inverse[axis], largest));
+            & t_min.simd_le(largest)
+    }
+
+    /// Stores the shear of triangles for origins `o` and directions `d`.
+    #[inline(always)]
+    fn set_shear<S: Simd>(&mut self, simd: S, first: usize, [o, d]: [[f32x8<S>; 3]; 2]) {
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
         let size = each!(axis => d[axis].abs());
         let x_is_longest = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
         let y_before_z = size[1].simd_ge(size[2]);
@@ -226,29 +270,18 @@ impl<const N: usize> RayLanes<N> {
             x_is_longest.select(row(2), y_before_z.select(row(0), row(1))),
             x_is_longest.select(row(0), y_before_z.select(row(1), row(2))),
         ];
-        let (low_side, high_side) = (u32x8::splat(simd, 0), u32x8::splat(simd, WIDTH as u32));
-        let first = first % N;
-        let put = |list: &mut [f32; N], values: f32x8<S>| {
-            list[first..][..RAY_LANES].copy_from_slice(values.as_slice());
-        };
         for axis in 0..3 {
-            put(&mut self.triangles.origin_low[axis], o[axis] + pad[axis]);
-            put(&mut self.triangles.origin_high[axis], o[axis] - pad[axis]);
-            put(&mut self.triangles.negative_inverse[axis], -inverse[axis]);
-            put(&mut self.triangles.factors[axis], factors[axis]);
-            put(&mut self.triangles.sheared_origin[axis], sheared_origin[axis]);
-            let near = inverse[axis].simd_lt(zero).select(high_side, low_side);
-            self.near[axis][first..][..RAY_LANES].copy_from_slice(near.as_slice());
+            put(&mut self.triangles.factors[axis], first, factors[axis]);
+            put(&mut self.triangles.sheared_origin[axis], first, sheared_origin[axis]);
             self.triangles.axes[axis][first..][..RAY_LANES].copy_from_slice(axes[axis].as_slice());
         }
-        put(&mut self.triangles.t_min, t_min);
-        if C::OTHER_ROWS > 0 {
-            for (other, row) in self.others.iter_mut().zip(C::other_rows(simd, o, d)).take(C::OTHER_ROWS) {
-                put(other, row);
-            }
-        }
-        can_hit.to_bitmask() as u32 & !(u32::MAX << rays.len().min(RAY_LANES))
     }
+}
+
+/// Stores eight numbers from index `first` on.
+#[inline(always)]
+fn put<S: Simd, const N: usize>(row: &mut [f32; N], first: usize, values: f32x8<S>) {
+    row[first..][..RAY_LANES].copy_from_slice(values.as_slice());
 }
 
 /// Transposes the first eight of `rays`, at least one: origin, direction, `t_min` and `t_max`, one ray per lane. The

@@ -9,7 +9,7 @@ use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::{
     AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, CopyCost, Hit, InstanceHit, Instances, ItemBvh,
-    Placed, build,
+    Placed, WideBvh, build,
 };
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
@@ -260,6 +260,34 @@ fn many_copies_and_none() {
         assert!(hits > rays / 2, "{hits} of {rays}");
     }
     check("none", &meshes, &[], 1, &mut Random(7));
+}
+
+/// In a list as a tree a ray that comes to the rest before the first has all that it passes on its stack.
+#[test]
+fn trees_deeper_than_the_stacks_of_streams_are_traced() {
+    let (settings, token) = (BuildSettings::default(), CancelToken::new());
+    let placed: Vec<Placed> =
+        (0..1_000).map(|x| Placed { mesh: 0, transform: Affine3A::from_translation(Vec3::X * x as f32) }).collect();
+    let wall = mesh(vec![Triangle { a: Vec3::ZERO, b: Vec3::Y, c: Vec3::Z }], &settings);
+    let row = Instances::build(vec![Arc::clone(&wall.tree)], &placed, &settings, 1.0, &token).unwrap();
+    let walls: Vec<Triangle> =
+        (0..1_000).map(|copy| row.copies().copies().place(copy).triangle(&wall.triangles[0])).collect();
+    let list = WideBvh::new(&trees::chain::<Aabb>(&walls), &walls, &token).unwrap();
+    let row = Instances::over(Arc::clone(row.copies()), Arc::new(list));
+    // Through the boxes of all: through the last triangle, and past all.
+    let ray = |at: f32| Ray::new(Vec3::new(2_000.0, at, at), Vec3::NEG_X);
+    let rays: Vec<Ray> = (0..200).map(|index| ray(if index % 3 == 0 { 0.25 } else { 0.75 })).collect();
+    let (mut hits, mut blocked) = (vec![None; rays.len()], vec![false; rays.len()]);
+    // In parts that are too small for packets.
+    for (rays, hits) in rays.chunks(8).zip(hits.chunks_mut(8)) {
+        row.closest_hits(rays, hits);
+    }
+    row.any_hits(&rays, &mut blocked);
+    for (index, ray) in rays.iter().enumerate() {
+        let expected = (index % 3 == 0).then_some((999, 1_001.0));
+        assert_eq!(hits[index].map(|hit| (hit.instance, hit.t)), expected, "{ray:?}");
+        assert_eq!((hits[index], blocked[index]), (row.closest_hit(ray), expected.is_some()), "{ray:?}");
+    }
 }
 
 #[test]

@@ -50,6 +50,9 @@ pub(crate) struct Copy<'a> {
     pub(crate) place: &'a Placement,
 }
 
+/// The copy that an item of a tree over copies is, or is part of, with its index; `None` where that has no triangles.
+pub(crate) type CopyOf<'f, 'a> = &'f dyn Fn(u32) -> Option<(u32, Copy<'a>)>;
+
 /// Hands the hits of `world` with the `copy` to `found`, in any order, as they are for the triangles that [`Placement::triangle`]
 /// makes: at distances up to `t_max`. `probe` observes.
 #[inline(always)]

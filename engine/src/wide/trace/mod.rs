@@ -13,6 +13,7 @@ mod packet_tree;
 pub(crate) mod single;
 pub(crate) mod stack;
 pub(crate) mod stream;
+pub(crate) mod stream_copies;
 mod walk;
 
 pub(crate) use cache_lines::count_distinct;

@@ -14,7 +14,7 @@ use crate::tree::traverse::NoProbe;
 use crate::wide::block::TriangleBlock;
 use crate::wide::layout::BLOCK;
 use crate::wide::trace::beam::{Beam, GROUP, GROUPS};
-use crate::wide::trace::copies::{Copy, WorldRay, each_hit, placed};
+use crate::wide::trace::copies::{Copy, CopyOf, WorldRay, each_hit, placed};
 use crate::wide::trace::packet::{Packet, PacketHits, PacketRays, Walk};
 use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::WideTree;
@@ -24,10 +24,10 @@ const LARGEST_DIRECTION: f32 = 1e15;
 
 /// Traces `rays` as a packet through the copies that `copy` has for the items of `top`: calls `write` with the index, copy and nearest hit
 /// of each ray that hits one. `false`, without a call, if they are not coherent enough.
-pub(crate) fn closest_hits<'a>(
+pub(crate) fn closest_hits(
     level: Level,
     top: &WideTree<Aabb>,
-    copy: &dyn Fn(u32) -> Option<(u32, Copy<'a>)>,
+    copy: CopyOf<'_, '_>,
     rays: &[Ray],
     write: &mut dyn FnMut(usize, u32, Hit),
 ) -> bool {
@@ -47,13 +47,7 @@ pub(crate) fn closest_hits<'a>(
 }
 
 #[inline(always)]
-fn trace<'a, S: Simd>(
-    simd: S,
-    packet: &mut Packet<Aabb>,
-    top: &WideTree<Aabb>,
-    copy: &dyn Fn(u32) -> Option<(u32, Copy<'a>)>,
-    rays: &[Ray],
-) {
+fn trace<S: Simd>(simd: S, packet: &mut Packet<Aabb>, top: &WideTree<Aabb>, copy: CopyOf<'_, '_>, rays: &[Ray]) {
     let Some(start) = top.root else { return };
     let Packet { all_groups, rays: prepared, hits, .. } = packet;
     let world = &prepared.beam;

@@ -27,7 +27,7 @@ const WORD: usize = 32;
 /// the cache.
 const STREAMS: usize = 4;
 /// Maximum number of stack entries; the rays of a stream that needs more are traced one by one.
-const STACK: usize = 120;
+pub(super) const STACK: usize = 120;
 
 /// A query for streams of `RAYS` rays, whose sets have `WORDS` words.
 trait Query<const RAYS: usize, const WORDS: usize> {
@@ -110,7 +110,11 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
                     *output = Q::output(stream, index % RAYS);
                 }
                 let batch = &rays[next..rays.len().min(next + RAYS)];
-                stream.start::<S, C, Q>(simd, root, next, batch);
+                if Q::ANY {
+                    stream.start::<S, C, true>(simd, root, next, batch);
+                } else {
+                    stream.start::<S, C, false>(simd, root, next, batch);
+                }
                 next += batch.len();
             }
             is_busy |= stream.count > 0;
@@ -129,31 +133,31 @@ fn trace<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>, const RAYS: usize, co
 }
 
 /// Rays that traverse the tree together, and their stack.
-struct Stream<const RAYS: usize, const WORDS: usize> {
+pub(super) struct Stream<const RAYS: usize, const WORDS: usize> {
     /// Index of the first ray in the list.
     first: usize,
     /// Number of rays.
     count: usize,
-    rays: RayLanes<RAYS>,
+    pub(super) rays: RayLanes<RAYS>,
     /// Upper bound of each ray's distance.
-    t: [f32; RAYS],
+    pub(super) t: [f32; RAYS],
     /// For any-hit queries one bit for each ray that is blocked.
-    blocked: u64,
+    pub(super) blocked: u64,
     /// For closest-hit queries the closest hit so far.
-    nearest: [Nearest; RAYS],
+    pub(super) nearest: [Nearest; RAYS],
     /// One bit for each ray that still needs to be traced.
-    active: u64,
+    pub(super) active: u64,
     /// Number of stack entries. The stack has space for all children of one more node.
-    top: usize,
-    children: [Child; STACK + WIDTH],
+    pub(super) top: usize,
+    pub(super) children: [Child; STACK + WIDTH],
     /// The rays to visit each child with, word by word.
-    sets: [[u32; STACK + WIDTH]; WORDS],
+    pub(super) sets: [[u32; STACK + WIDTH]; WORDS],
     /// For closest-hit queries the distance at which the first ray enters each child.
-    entries: [f32; STACK + WIDTH],
+    pub(super) entries: [f32; STACK + WIDTH],
 }
 
 impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         first: 0,
         count: 0,
         rays: RayLanes::EMPTY,
@@ -170,7 +174,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
     /// Starts up to `RAYS` rays, the first of which has index `first`. Not inlined, because the surrounding loop would
     /// run out of registers.
     #[inline(never)]
-    fn start<S: Simd, C: WideContainer, Q: Query<RAYS, WORDS>>(
+    pub(super) fn start<S: Simd, C: WideContainer, const ANY: bool>(
         &mut self,
         simd: S,
         root: Child,
@@ -190,11 +194,17 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
                 *t = ray.t_max.min(f32::MAX);
             }
         }
-        if !Q::ANY {
+        if !ANY {
             for (nearest, ray) in self.nearest.iter_mut().zip(rays) {
                 *nearest = Nearest::new(ray.t_max);
             }
         }
+        self.start_at(root);
+    }
+
+    /// Starts the active rays at `root`.
+    #[inline(always)]
+    pub(super) fn start_at(&mut self, root: Child) {
         (self.children[0], self.entries[0]) = (root, 0.0);
         for (word, sets) in self.sets.iter_mut().enumerate() {
             sets[0] = word_of(self.active, word);
@@ -204,7 +214,7 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
 
     /// Pops the next child with the rays that still need to visit it; `None` if the stream has finished.
     #[inline(always)]
-    fn next<S: Simd, const ANY: bool>(&mut self, simd: S) -> Option<(Child, u64)> {
+    pub(super) fn next<S: Simd, const ANY: bool>(&mut self, simd: S) -> Option<(Child, u64)> {
         while self.top > 0 {
             self.top -= 1;
             let mut set = 0;
@@ -275,8 +285,9 @@ impl<const RAYS: usize, const WORDS: usize> Stream<RAYS, WORDS> {
         }
     }
 
+    /// Tests the children of `node` with the rays of `set`, and pushes those that any of them enters.
     #[inline(always)]
-    fn enter<S: Simd, C: WideContainer, const ANY: bool>(
+    pub(super) fn enter<S: Simd, C: WideContainer, const ANY: bool>(
         &mut self,
         simd: S,
         tree: &WideTree<C>,
