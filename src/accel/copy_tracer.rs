@@ -32,8 +32,8 @@ impl<'a> CopyTracer<'a> {
     }
 
     /// A hit by the number of its triangle in the flat scene.
-    fn numbered(&self, InstanceHit { t, instance, primitive_index, u, v }: InstanceHit) -> Hit {
-        Hit { t, primitive_index: self.levels.scene.number(instance, primitive_index), u, v }
+    fn numbered(&self, hit: InstanceHit) -> Hit {
+        Hit { t: hit.t, primitive_index: self.levels.number(&hit), u: hit.u, v: hit.v }
     }
 
     /// The nearest hit through the wide trees.

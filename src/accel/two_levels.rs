@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bvhscope_engine::{BuildError, BuildSettings, CancelToken, Instances, MeshCopies, WideBvh, build};
+use bvhscope_engine::{BuildError, BuildSettings, CancelToken, InstanceHit, Instances, MeshCopies, WideBvh, build};
 
 use crate::scene::SceneCopies;
 
@@ -26,6 +26,11 @@ impl TwoLevels {
         let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
         let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
         Ok(Self { scene: Arc::clone(scene), wide: Instances::over(Arc::new(copies), Arc::clone(top)) })
+    }
+
+    /// The number of the triangle that is hit in the flat scene.
+    pub fn number(&self, hit: &InstanceHit) -> u32 {
+        self.scene.number(hit.instance, hit.primitive_index)
     }
 
     /// The wide trees.

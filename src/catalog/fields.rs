@@ -132,6 +132,31 @@ const LAYOUTS: [Field; 28] = [
     ("height_px", "Height of the view in pixels"),
 ];
 
+/// Of `copies --open`, behind the threads.
+const FORMS: [Field; 15] = [
+    ("form", "Form of the scene: flat, or two-level"),
+    ("open", "Most parts for each copy in the tree above, 1 for whole copies; absent for the flat scene"),
+    ("parts", "Parts of copies that the tree above is built of; absent for the flat scene"),
+    (
+        "ready_ms",
+        "Wall-clock time until rays can be traced, in milliseconds, of one build: of two levels that of the meshes' trees and of the tree above",
+    ),
+    ("traced_bytes", "Bytes of what rays read: the wide trees, and of two levels the places of the copies"),
+    ("population", "The rays"),
+    ("rays", "Number of rays, each as many times as rays it stands for"),
+    ("hits", "Rays that hit something"),
+    ("differing_hits", "Rays that hit something else than in the first form: none"),
+    ("entered_per_ray", "Copies, or parts of them, that a ray is carried into, on average; absent for the flat scene"),
+    ("nodes_per_ray", "Wide nodes that a ray visits, in both levels: up to eight boxes are tested at once in each"),
+    (
+        "blocks_per_ray",
+        "Blocks of up to four triangles that it is tested against, or of up to four boxes around parts of copies",
+    ),
+    ("lines_64_per_ray", "Distinct lines of 64 bytes that nodes and blocks lie in, as if none were cached before"),
+    ("width_px", "Width of the view in pixels"),
+    ("height_px", "Height of the view in pixels"),
+];
+
 /// Of `copies`, behind the threads.
 const COPIES: [Field; 17] = [
     ("population", "The rays"),
@@ -154,7 +179,7 @@ const COPIES: [Field; 17] = [
 ];
 
 /// Fields that single commands add in JSON.
-const OWN: [(&str, &[Field]); 8] = [
+const OWN: [(&str, &[Field]); 9] = [
     (
         "Of `--rays`, in lines of JSON below the rows",
         &[
@@ -224,6 +249,7 @@ const OWN: [(&str, &[Field]); 8] = [
     ),
     ("Of `layouts`", &LAYOUTS),
     ("Of `copies`", &COPIES),
+    ("Of `copies --open`", &FORMS),
     (
         "Of a tree from a file",
         &[
@@ -310,6 +336,11 @@ pub fn layout_columns() -> Vec<&'static str> {
 /// All columns of the CSV of `copies`, in order.
 pub fn copy_columns() -> Vec<&'static str> {
     columns_with(&COPIES)
+}
+
+/// All columns of the CSV of `copies --open`, in order.
+pub fn form_columns() -> Vec<&'static str> {
+    columns_with(&FORMS)
 }
 
 /// Those of a command with fields of its `own` between tree and conditions.

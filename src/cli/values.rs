@@ -53,6 +53,13 @@ impl<T: Copy + PartialEq> List<T> {
     }
 }
 
+/// Parses a list of how far trees over copies are opened.
+pub fn openings(text: &str) -> Result<List<f32>, String> {
+    let mut list = List::parse(text, &[1.0, 1.5, 2.0, 3.0, 4.0, 8.0], |text| decimal(text, 1.0, 64.0))?;
+    list.0.sort_by(f32::total_cmp);
+    Ok(list)
+}
+
 /// Parses a comma-separated list of values of `T`, or `all`.
 pub fn named_list<T: Named + PartialEq>(text: &str) -> Result<List<T>, String> {
     List::parse(text, T::VALUES, named)

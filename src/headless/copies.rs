@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::copy_forms;
 use super::measure::of_job;
 use super::output::Output;
 use super::progress::Progress;
@@ -28,6 +29,8 @@ pub struct CopiesCommand {
     pub source: SceneSource,
     /// Number of copies that have rows.
     pub most: usize,
+    /// How far the tree over the copies is opened in the forms that are measured instead; none for the costs of copies.
+    pub open: Vec<f32>,
     /// Build settings of all trees.
     pub build: BuildSettings,
     /// The camera of the view whose rays are traced.
@@ -70,25 +73,25 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     let progress = Progress::new("Building", &token);
     let accel = in_pool(|| Accel::build(&scene, &command.build, &token));
     let accel = Arc::new(accel.map_err(|error| of_job(error.into(), &command.source))?);
-    progress.set_label("Tracing");
     let rays =
         RayPlan { populations: command.rays.populations, camera, size: command.size, settings: command.settings, file };
+    let finished = Finished { warned: has_bad_rays || !scene.warnings.is_empty() };
+    if !command.open.is_empty() {
+        drop(progress);
+        return copy_forms::run(command, &accel, &rays, &read, context).map(|()| finished);
+    }
+    progress.set_label("Tracing");
     let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
     drop(progress);
     let written = match &rows[..] {
         [] => Ok(()),
-        rows => command.output.write_files(
-            rows,
-            write_copies_csv,
-            |_| unreachable!("no flag asks for a plot of copies"),
-            &read,
-        ),
+        rows => command.output.write_files(rows, write_copies_csv, |_| unreachable!("--plot needs --open"), &read),
     };
     let printed = command.output.print(&rows, write_copies_csv, copy_tables, context.out);
     written?;
     outcome.map_err(|error| of_job(error, &command.source))?;
     ignore_missing_reader(printed)?;
-    Ok(Finished { warned: has_bad_rays || !scene.warnings.is_empty() })
+    Ok(finished)
 }
 
 /// The rows, as far as they were measured.

@@ -35,6 +35,7 @@ pub mod population;
 pub mod prediction;
 
 pub mod copy_costs;
+pub mod copy_forms;
 pub mod icicle;
 pub mod layouts;
 pub mod merges;

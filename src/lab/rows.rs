@@ -7,10 +7,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::copy_costs::CopyRow;
+use super::copy_forms::FormRow;
 use super::layouts::LayoutRow;
 use super::measurement::Measurement;
 use super::population::Population;
-use crate::catalog::fields::{columns, copy_columns, layout_columns};
+use crate::catalog::fields::{columns, copy_columns, form_columns, layout_columns};
 use crate::text::printable;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
@@ -46,6 +47,11 @@ pub fn write_layouts_csv(rows: &[LayoutRow], writer: &mut dyn Write) -> Result<(
 /// [`write_csv`] of the rows of `copies`.
 pub fn write_copies_csv(rows: &[CopyRow], writer: &mut dyn Write) -> Result<(), String> {
     write_own_csv(rows, &copy_columns(), writer)
+}
+
+/// [`write_csv`] of the rows of `copies --open`.
+pub fn write_forms_csv(rows: &[FormRow], writer: &mut dyn Write) -> Result<(), String> {
+    write_own_csv(rows, &form_columns(), writer)
 }
 
 /// Writes those `columns` that a row has.

@@ -13,6 +13,7 @@ use bvhscope::headless::exr::write_distances;
 use bvhscope::headless::picture::write_png;
 use bvhscope::lab::LabError;
 use bvhscope::lab::copy_costs::copy_costs;
+use bvhscope::lab::copy_forms::copy_forms;
 use bvhscope::lab::diagnose::diagnose_scene;
 use bvhscope::lab::layouts::{LayoutPlan, layouts};
 use bvhscope::lab::motion::{MotionPlan, MotionStudy};
@@ -421,6 +422,8 @@ fn layouts_and_costs_of_copies_stop_at_every_poll() {
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
     let costs = |token: &CancelToken| copy_costs(&accel, &rays(&scene), 5, token, &mut |_, _, _, _| ());
     at_every_poll("costs of copies", |token| lab_is_cancelled(pool.install(|| costs(token))));
+    let forms = |token: &CancelToken| copy_forms(&accel, None, &[1.0, 2.0], &rays(&scene), token, &mut |_, _, _| ());
+    at_every_poll("forms of copies", |token| lab_is_cancelled(pool.install(|| forms(token))));
 }
 
 #[test]

@@ -101,6 +101,59 @@ fn tables_are_printed_for_people() {
 }
 
 #[test]
+fn forms_of_a_scene_have_the_same_hits_and_their_own_costs() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ["builtin:forest:60", "--size", "48x48", "--rays", "all"];
+    let files = ["--open", "1,4,2", "--json", "--csv", "rows.csv", "--plot", "open.svg"];
+    let (code, out, error) = copies(folder.path(), &[&model[..], &files].concat());
+    assert_eq!(code, 0, "{error}");
+    let rows: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(rows.len(), 4 * 5);
+    for of_population in (0..5).map(|at| rows.iter().skip(at).step_by(5).collect::<Vec<_>>()) {
+        let [flat, whole, twice, four] = of_population[..] else { panic!("{of_population:?}") };
+        assert_eq!(
+            (&flat["form"], &flat["open"], &flat["entered_per_ray"]),
+            (&"flat".into(), &Value::Null, &Value::Null)
+        );
+        // The same rays end at the same triangles.
+        for (row, open) in [(flat, 0.0), (whole, 1.0), (twice, 2.0), (four, 4.0)] {
+            assert_eq!((&row["rays"], &row["hits"]), (&flat["rays"], &flat["hits"]), "{row}");
+            assert_eq!((&row["population"], &row["differing_hits"]), (&flat["population"], &0.into()), "{row}");
+            assert_eq!(row["open"].as_f64().unwrap_or(0.0), open, "{row}");
+            for name in ["nodes_per_ray", "blocks_per_ray", "lines_64_per_ray", "ready_ms", "traced_bytes"] {
+                assert!(number(row, name) > 0.0, "{name} of {row}");
+            }
+        }
+        // The ground is a mesh too.
+        assert_eq!(whole["parts"], 61);
+        assert!(number(four, "parts") > number(twice, "parts") && number(twice, "parts") > 61.0);
+        assert!(number(four, "parts") <= 4.0 * 61.0, "{four}");
+        assert!(number(whole, "traced_bytes") < 0.5 * number(flat, "traced_bytes"), "{whole}");
+    }
+    let csv = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let head = csv.lines().next().unwrap();
+    for name in rows.iter().flat_map(|row| row.as_object().unwrap().keys()) {
+        assert!(head.split(',').any(|column| column == name), "{name} is in no column of {head}");
+    }
+    let plot = std::fs::read_to_string(folder.path().join("open.svg")).unwrap();
+    assert!(plot.contains("Parts for each copy") && plot.contains("Nodes and blocks a ray"), "{plot}");
+
+    let small = ["builtin:village:20", "--size", "16x16", "--rays", "primary"];
+    let (code, out, error) = copies(folder.path(), &[&small[..], &["--open", "1"]].concat());
+    assert_eq!(code, 0, "{error}");
+    for text in ["two levels", "flat", "All forms have the same hits."] {
+        assert!(out.contains(text), "'{text}' is missing in\n{out}");
+    }
+    // Flat it would not fit, in two levels it does.
+    let large =
+        ["builtin:forest:3000", "--size", "16x16", "--rays", "primary", "--open", "1", "--memory-limit", "700M"];
+    let (code, out, error) = copies(folder.path(), &large);
+    assert_eq!(code, 0, "{error}");
+    assert!(error.contains("the flat scene is left out") && !out.contains("flat"), "{error}{out}");
+}
+
+#[test]
 fn what_has_no_copies_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |args: &[&str], code: i32, expected: &str| {
@@ -110,5 +163,7 @@ fn what_has_no_copies_is_refused_by_name() {
     refused(&["builtin:teapot:2"], 1, "has no copies of meshes in two levels");
     refused(&["builtin:village", "--instances", "flat"], 1, "has no copies of meshes in two levels");
     refused(&["builtin:village", "--container", "sphere"], 1, "not spheres");
+    refused(&["builtin:village", "--open", "0.5"], 2, "a number from 1 to 64");
+    refused(&["builtin:village", "--plot", "a.png"], 2, "--open");
     refused(&["builtin:village", "--json", "--csv", "-"], 2, "both write to standard output");
 }

@@ -74,7 +74,20 @@ impl Instances {
             |mesh: &Arc<Bvh>| with_tree!(mesh.tree(), tree => tree.nodes.first().map(|root| root.container.bounds()));
         let bounds: Vec<Aabb> = meshes.iter().map(|mesh| bounds(mesh).unwrap_or(Aabb::EMPTY)).collect();
         let copies = Arc::new(Copies::new(&bounds, copies, token)?);
-        let copies = Arc::new(MeshCopies::new(meshes, copies)?);
+        Self::of(Arc::new(MeshCopies::new(meshes, copies)?), settings, open, token)
+    }
+
+    /// Builds the tree over `copies`, opened by `open`, as [`Instances::build`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`BuildError::Cancelled`] once `token` is cancelled, and [`BuildError::Refused`] for settings that [`ItemBvh::build`] refuses.
+    pub fn of(
+        copies: Arc<MeshCopies>,
+        settings: &BuildSettings,
+        open: f32,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
         let (parts, boxes) = copies.divide(open, token)?;
         let top = Arc::new(ItemBvh::build(&boxes[..], settings, token)?.into_wide());
         Ok(Self { copies, top, parts })
@@ -124,19 +137,48 @@ impl Instances {
     ///
     /// If there are fewer probes than meshes.
     pub fn closest_hit_with<P: Probe>(&self, ray: &Ray, top: &mut P, meshes: &mut [P]) -> Option<InstanceHit> {
-        let world = world_ray(Level::baseline(), ray)?;
         let mut nearest: Option<InstanceHit> = None;
+        self.each_hit_with(ray, top, meshes, &mut |hit| {
+            nearest = Some(hit.nearer(nearest));
+            ControlFlow::Continue(nearest.map_or(hit.t, |hit| hit.t))
+        });
+        nearest
+    }
+
+    /// [`Instances::any_hit`] observed as in [`Instances::closest_hit_with`].
+    ///
+    /// # Panics
+    ///
+    /// If there are fewer probes than meshes.
+    pub fn any_hit_with<P: Probe>(&self, ray: &Ray, top: &mut P, meshes: &mut [P]) -> bool {
+        let mut is_hit = false;
+        self.each_hit_with(ray, top, meshes, &mut |_| {
+            is_hit = true;
+            ControlFlow::Break(())
+        });
+        is_hit
+    }
+
+    /// Calls `found` with each hit of `ray`, as [`Instances::each_hit`] does, observed.
+    fn each_hit_with<P: Probe>(
+        &self,
+        ray: &Ray,
+        top: &mut P,
+        meshes: &mut [P],
+        found: &mut dyn FnMut(InstanceHit) -> ControlFlow<(), f32>,
+    ) {
+        let Some(world) = world_ray(Level::baseline(), ray) else { return };
         self.top.tree.visit_items_with(ray, top, &mut |item, t_max| {
             let Some((instance, copy)) = self.copy(item) else { return ControlFlow::Continue(t_max) };
             let probe = &mut meshes[self.copies.copies().mesh(instance) as usize];
             probe.carried(instance);
+            let mut flow = ControlFlow::Continue(t_max);
             each_hit_of_copy_with(copy, &world, t_max, probe, &mut |hit, primitive_index| {
-                nearest = Some(InstanceHit::new(hit, instance, primitive_index).nearer(nearest));
-                ControlFlow::Continue(hit.t)
+                flow = found(InstanceHit::new(hit, instance, primitive_index));
+                flow
             });
-            ControlFlow::Continue(nearest.map_or(t_max, |hit| hit.t))
+            flow
         });
-        nearest
     }
 
     /// [`Instances::closest_hit`] of each of `rays`, written to the first elements of `hits`. Fastest if the rays come from one point in

@@ -1,11 +1,13 @@
 //! Flags of `copies`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::picture::CameraArgs;
 use super::shared::{BuildArgs, RayCostArgs, StrictLoadArgs};
 use crate::cli::named::simd;
-use crate::cli::values::ModelParser;
+use crate::cli::values::{self, List, ModelParser};
 use crate::scene::SceneSource;
 use bvhscope_engine::kernel::SimdLevel;
 
@@ -15,6 +17,7 @@ use bvhscope_engine::kernel::SimdLevel;
   bvhscope copies city.gltf --rays all --most 50
   bvhscope copies city.gltf --rays mine.rays --json
   bvhscope copies city.gltf --preset best --csv copies.csv
+  bvhscope copies city.gltf --open 1,2,4 --plot open.svg
 
 The scene is loaded in two levels unless --instances says otherwise. docs/copies.md says what is counted.")]
 pub struct CopiesArgs {
@@ -24,6 +27,13 @@ pub struct CopiesArgs {
     /// Number of copies, those with most tests, that have a row of their own
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub most: usize,
+    /// Measure forms of the scene instead: flat, where memory allows, and in two levels with the tree over the copies opened to at most so
+    /// many parts a copy: a list of numbers from 1, which opens none, to 64, or all for 1,1.5,2,3,4,8
+    #[arg(long, value_name = "LIST", value_parser = values::openings)]
+    pub open: Option<List<f32>>,
+    /// Also plot nodes and blocks of a ray over how far the tree is opened: FILE.png or FILE.svg
+    #[arg(long, value_name = "FILE", requires = "open")]
+    pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub costs: RayCostArgs,
     /// Vector instructions of the build: sse2, avx2, avx512 or neon, where this machine has them [default: the best]

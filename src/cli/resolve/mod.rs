@@ -173,12 +173,13 @@ pub fn copies(args: CopiesArgs) -> CopiesCommand {
     CopiesCommand {
         source: args.model.unwrap_or_else(|| SceneSource::Builtin { name: "forest".to_owned(), size: None }),
         most: args.most,
+        open: args.open.map_or_else(Vec::new, |list| list.0),
         build: args.build.settings.0.settings(),
         camera: camera(&args.camera),
         size: args.costs.size,
         settings: RenderSettings { simd: args.simd.unwrap_or_default(), ..RenderSettings::default() },
         rays: args.costs.rays,
-        output: Output { json: args.costs.json, format: args.costs.format, csv: args.costs.csv, plot: None },
+        output: Output { json: args.costs.json, format: args.costs.format, csv: args.costs.csv, plot: args.plot },
     }
 }
 

@@ -5,6 +5,7 @@ mod chart;
 
 mod series;
 
+mod forms;
 mod layouts;
 mod policies;
 mod scaling;
@@ -21,4 +22,5 @@ pub use axis::{Axis, Scale};
 pub use chart::{Chart, Curve, Look, Point, tick_text};
 pub use draw::{COLORS, font, for_viewers, text_width};
 pub use figure::{Figure, PlotFormat, draw};
+pub use forms::form_figure;
 pub use layouts::layout_figure;
