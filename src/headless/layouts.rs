@@ -100,7 +100,7 @@ fn measured(
 ) -> (Vec<LayoutRow>, Result<(), LabError>) {
     let scene = &accel.scene;
     let mut rows = Vec::new();
-    let outcome = layouts(accel, &command.plan, rays, token, &mut |layout, numbers, population, of_rays| {
+    let outcome = layouts(accel, &command.plan, &rays.views(), token, &mut |laid| {
         rows.push(LayoutRow {
             command: "layouts",
             model: command.source.to_string(),
@@ -109,18 +109,14 @@ fn measured(
             tree: accel.file.as_ref().map(|file| file.path.display().to_string()),
             settings: if accel.file.is_some() { Stated::default() } else { Stated::of(&accel.settings) },
             threads: rayon::current_num_threads(),
-            layout,
-            numbers,
-            population,
-            rays: of_rays,
-            on_front: false,
             width_px: command.size[0],
             height_px: command.size[1],
-            conditions: conditions(command, scene, &rays.camera, population),
+            conditions: conditions(command, scene, &rays.camera, laid.population),
+            laid,
             warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
         });
     });
-    mark_front(&mut rows);
+    mark_front(rows.iter_mut().map(|row| &mut row.laid));
     (rows, outcome)
 }
 

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::conditions::Conditions;
 use super::measure::LabError;
-use super::population::{ListedRays, Population, RayPlan};
+use super::population::{ListedRays, Population, ViewRays};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::catalog::settings::Stated;
@@ -26,7 +26,7 @@ const ENGINE: &str = "engine";
 const ENGINE_LIMITS: [u32; 2] = [8, 16];
 
 /// The layouts to compare: each value of one axis with each of the others.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayoutPlan {
     /// Most children of a node.
     pub children: Vec<u32>,
@@ -38,7 +38,23 @@ pub struct LayoutPlan {
     pub leaf_sizes: Vec<u32>,
 }
 
+impl Default for LayoutPlan {
+    fn default() -> Self {
+        Self {
+            children: vec![2, 4, 8, 16],
+            collapses: vec![Collapse::Optimal],
+            planes: vec![Planes::F32, Planes::Bits8],
+            leaf_sizes: vec![4],
+        }
+    }
+}
+
 impl LayoutPlan {
+    /// True if an axis has no value, so that there are no layouts.
+    pub fn is_empty(&self) -> bool {
+        self.layouts().is_empty()
+    }
+
     /// The layouts, the leaves varying fastest.
     fn layouts(&self) -> Vec<Layout> {
         let mut all = Vec::new();
@@ -73,6 +89,23 @@ pub struct LayoutRow {
     pub settings: Stated,
     /// Number of threads.
     pub threads: usize,
+    /// The layout and what rays cost in it.
+    #[serde(flatten)]
+    pub laid: LaidOut,
+    /// Width and height of the view in pixels.
+    pub width_px: u32,
+    /// Height of the view in pixels.
+    pub height_px: u32,
+    /// Camera, program and machine.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// Warnings of loading the model.
+    pub warnings: Vec<String>,
+}
+
+/// A tree of one layout and the rays of one population.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LaidOut {
     /// The layout.
     #[serde(flatten)]
     pub layout: NamedLayout,
@@ -86,15 +119,6 @@ pub struct LayoutRow {
     pub rays: RayNumbers,
     /// True if no other layout reads fewer bytes and takes fewer tests by these rays.
     pub on_front: bool,
-    /// Width and height of the view in pixels.
-    pub width_px: u32,
-    /// Height of the view in pixels.
-    pub height_px: u32,
-    /// Camera, program and machine.
-    #[serde(flatten)]
-    pub conditions: Conditions,
-    /// Warnings of loading the model.
-    pub warnings: Vec<String>,
 }
 
 /// A layout by its names.
@@ -114,6 +138,16 @@ impl NamedLayout {
     /// The layout in a table: "8 optimal, f32, leaves 4".
     pub fn name(&self) -> String {
         format!("{} {}, {}, leaves {}", self.children, self.collapse, self.planes, self.leaf_limit)
+    }
+
+    /// Whether this is the program's own tree.
+    pub fn is_own(&self) -> bool {
+        self.collapse == ENGINE
+    }
+
+    /// The layouts that it is plotted with.
+    pub fn group(&self) -> String {
+        if self.is_own() { "the program's own tree".to_owned() } else { format!("{} children", self.children) }
     }
 }
 
@@ -222,15 +256,15 @@ struct Subject<'a> {
     visits: Option<Vec<u32>>,
 }
 
-/// Lays the tree of `accel`, which consists of boxes, out as the engine does and by each layout of `plan`, and takes the rays of each
-/// population through all. `row` gets for each layout and population the layout, the numbers of its tree and of the rays. Of the rows
-/// so far those before a cancellation are kept.
+/// Lays the tree of `accel`, which consists of boxes, out as the engine does and by each layout of `plan`, and takes all `rays` through each.
+/// `row` gets each layout with the rays of each population; which are on the front is not known yet, see [`mark_front`]. Of the rows so far
+/// those before a cancellation are kept.
 pub fn layouts(
     accel: &Arc<Accel>,
     plan: &LayoutPlan,
-    rays: &RayPlan,
+    rays: &[ViewRays],
     token: &CancelToken,
-    row: &mut dyn FnMut(NamedLayout, LayoutNumbers, Population, RayNumbers),
+    row: &mut dyn FnMut(LaidOut),
 ) -> Result<(), LabError> {
     let AnyTree::Aabb(tree) = &accel.tree else {
         let kind = accel.tree.container_kind().plural();
@@ -270,11 +304,11 @@ impl<'a> Subject<'a> {
         accel: &Arc<Accel>,
         binary: &'a Tree<Aabb>,
         wide: &'a AnyWideTree,
-        (rays, by_visits): (&RayPlan, bool),
+        (rays, by_visits): (&[ViewRays], bool),
         token: &CancelToken,
     ) -> Result<Self, LabError> {
         let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
-        let rays = rays.list(accel, token)?;
+        let rays = rays.iter().map(|rays| rays.listed(accel, token)).collect::<Result<Vec<_>, _>>()?;
         let mut visits = by_visits.then(|| vec![0_u32; binary.nodes.len()]);
         if let Some(sums) = &mut visits {
             for rays in &rays {
@@ -291,7 +325,7 @@ impl<'a> Subject<'a> {
         laid: &LaidTree,
         layout: NamedLayout,
         token: &CancelToken,
-        row: &mut dyn FnMut(NamedLayout, LayoutNumbers, Population, RayNumbers),
+        row: &mut dyn FnMut(LaidOut),
     ) -> Result<(), LabError> {
         debug_assert_eq!(laid.tree.primitive_indices, self.binary.primitive_indices);
         let numbers = laid.numbers(token)?;
@@ -307,14 +341,16 @@ impl<'a> Subject<'a> {
                 (ray, query, weight)
             };
             let measured = laid.measure(&self.leaf_triangles, self.wide, rays.list.len(), ray, token)?;
-            row(layout, numbers.into(), rays.population, measured.into());
+            let (numbers, population) = (numbers.into(), rays.population);
+            row(LaidOut { layout, numbers, population, rays: measured.into(), on_front: false });
         }
         Ok(())
     }
 }
 
 /// Marks the rows of each population that no other one beats: that reads no more bytes and takes no more tests, and less of one.
-pub fn mark_front(rows: &mut [LayoutRow]) {
+pub fn mark_front<'a>(rows: impl Iterator<Item = &'a mut LaidOut>) {
+    let mut rows: Vec<&mut LaidOut> = rows.collect();
     let costs: Vec<(Population, [f64; 2])> =
         rows.iter().map(|row| (row.population, [row.rays.bytes_per_ray, row.rays.tests_per_ray])).collect();
     for (row, (population, own)) in rows.iter_mut().zip(&costs) {
@@ -327,8 +363,8 @@ pub fn mark_front(rows: &mut [LayoutRow]) {
 pub fn populations_of(rows: &[LayoutRow]) -> Vec<Population> {
     let mut all = Vec::new();
     for row in rows {
-        if !all.contains(&row.population) {
-            all.push(row.population);
+        if !all.contains(&row.laid.population) {
+            all.push(row.laid.population);
         }
     }
     all

@@ -272,6 +272,11 @@ impl ViewRays {
         rays_of_picture(&picture, kind, token)
     }
 
+    /// [`ViewRays::list`] with the rays that these are.
+    pub fn listed(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<ListedRays, Cancelled> {
+        Ok(ListedRays { population: self.population, list: self.list(accel, token)?, view: self.clone() })
+    }
+
     /// As many random lines through the root of `tree`.
     pub fn random_lines(&self, tree: &AnyTree) -> Vec<Ray> {
         with_tree!(tree, tree => tree.nodes.first().map_or_else(Vec::new, |root| {
@@ -339,14 +344,17 @@ pub struct RayPlan {
 }
 
 impl RayPlan {
+    /// Which rays those of each population are.
+    pub fn views(&self) -> Vec<ViewRays> {
+        let settings = RenderSettings { traversal: Traversal::Ordered, ..self.settings };
+        let of_population =
+            |population| ViewRays::new(population, self.camera, self.size, &settings).with_file(self.file.clone());
+        self.populations.iter().map(of_population).collect()
+    }
+
     /// The rays of each population.
     pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<ListedRays>, Cancelled> {
-        let settings = RenderSettings { traversal: Traversal::Ordered, ..self.settings };
-        let of_population = |population| {
-            let view = ViewRays::new(population, self.camera, self.size, &settings).with_file(self.file.clone());
-            Ok(ListedRays { population, list: view.list(accel, token)?, view })
-        };
-        self.populations.iter().map(of_population).collect()
+        self.views().iter().map(|view| view.listed(accel, token)).collect()
     }
 }
 

@@ -413,7 +413,7 @@ fn layouts_and_costs_of_copies_stop_at_every_poll() {
             planes: vec![Planes::Bits8],
             leaf_sizes: vec![4],
         };
-        let lay = |token: &CancelToken| layouts(&accel, &plan, &rays(&scene), token, &mut |_, _, _, _| ());
+        let lay = |token: &CancelToken| layouts(&accel, &plan, &rays(&scene).views(), token, &mut |_| ());
         at_every_poll(collapse.name(), |token| lab_is_cancelled(pool.install(|| lay(token))));
     }
     let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };

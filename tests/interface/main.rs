@@ -18,6 +18,7 @@ mod cut_controls;
 mod dock;
 mod interaction;
 mod jobs;
+mod layouts_view;
 mod merges_view;
 mod motion;
 mod nodes_view;

@@ -190,6 +190,7 @@ fn tour() -> Vec<(&'static str, SharedState)> {
         ("ray", ray),
         ("nodes", dock("Nodes")),
         ("plots", dock("Plots")),
+        ("layouts", dock("Layouts")),
         ("whole-ray", shaded(Shading::Heat(HeatKind::WholeRay))),
         ("split", split),
         ("difference", difference),

@@ -21,6 +21,7 @@ const ALIGNMENT: usize = 16;
 
 /// How the children of a node are chosen from the binary tree, and which of its nodes become leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Collapse {
     /// Again and again the child of the largest surface area is replaced by its own two (Wald, Benthin, Boulos: *Getting Rid of Packets*,
     /// 2008). Leaves are joined where that lowers the surface area heuristic's cost of the binary tree.
@@ -52,6 +53,7 @@ impl Collapse {
 
 /// How the planes of the children's boxes are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Planes {
     /// As they are.
     F32,

@@ -4,6 +4,7 @@ mod axes;
 pub(crate) mod parts;
 
 pub mod icicle;
+mod layouts;
 mod merges;
 pub mod motion;
 pub mod nodes;
@@ -24,7 +25,7 @@ use crate::catalog::metrics::Source;
 use crate::lab::population::ViewRays;
 
 /// The views, in the order of their tabs.
-pub(crate) static VIEWS: [Tab; 7] = [
+pub(crate) static VIEWS: [Tab; 8] = [
     Tab::of::<merges::MergesView>(),
     Tab::of::<icicle::IcicleView>(),
     Tab::of::<ray::RayView>(),
@@ -32,6 +33,7 @@ pub(crate) static VIEWS: [Tab; 7] = [
     Tab::of::<plots::PlotsView>(),
     Tab::of::<paper::PaperView>(),
     Tab::of::<motion::MotionView>(),
+    Tab::of::<layouts::LayoutsView>(),
 ];
 
 /// A view of the dock. Its state holds what the user chose in it and what it derived.

@@ -1,6 +1,7 @@
 //! Parts of views that list nodes: a row that stands for a node, with what pointing, clicking and double clicking do in
 //! every such list; and the button that measures visits from the present view.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use egui::{
@@ -35,6 +36,13 @@ pub(super) fn presented_tree(ui: &mut Ui, state: &AppState, otherwise: &str) -> 
         empty_view(ui, otherwise);
     }
     shown
+}
+
+/// The name of a file for a plot of the model, without its ending.
+pub(super) fn plot_name(shown: &Presented, what: &str) -> String {
+    let label = shown.accel.scene.source.label();
+    let stem = Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
+    format!("{stem}-{what}")
 }
 
 /// The scroll area of a list of rows of [`ROW_HEIGHT`], scrolled so that the row `revealed` is in its middle.

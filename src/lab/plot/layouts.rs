@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use super::figure::Figure;
-use crate::lab::layouts::{LayoutRow, populations_of};
+use crate::lab::layouts::{LaidOut, LayoutRow, populations_of};
 use crate::lab::report_table::short;
 use crate::text::counted;
 
@@ -19,22 +19,20 @@ pub fn layout_figure(rows: &[LayoutRow]) -> Figure {
         ));
     }
     let charts = populations_of(rows).into_iter().map(|population| {
-        let of_rays: Vec<&LayoutRow> = rows.iter().filter(|row| row.population == population).collect();
-        chart(population.label(), &of_rays)
+        let laid = rows.iter().map(|row| &row.laid).filter(|laid| laid.population == population);
+        layout_chart(population.label(), &laid.collect::<Vec<_>>())
     });
     Figure { charts: charts.collect(), notes }
 }
 
-fn chart(title: &str, rows: &[&LayoutRow]) -> Chart {
-    let place = |row: &LayoutRow| Point::of([row.rays.bytes_per_ray, row.rays.tests_per_ray]);
+/// The layouts of the rays of one population.
+pub fn layout_chart(title: &str, rows: &[&LaidOut]) -> Chart {
+    let place = |row: &LaidOut| Point::of([row.rays.bytes_per_ray, row.rays.tests_per_ray]);
     let mut front: Vec<Point> = rows.iter().filter(|row| row.on_front).map(|row| place(row)).collect();
     front.sort_by(|a, b| a.x.total_cmp(&b.x));
     let mut curves = vec![Curve { name: "front".to_owned(), color: 0, look: Look::Reference, points: front }];
     for row in rows {
-        let name = match row.layout.collapse {
-            "engine" => "the program's own tree".to_owned(),
-            _ => format!("{} children", row.layout.children),
-        };
+        let name = row.layout.group();
         let at = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
             curves.push(Curve { name, color: curves.len(), look: Look::Dots, points: Vec::new() });
             curves.len() - 1

@@ -23,4 +23,4 @@ pub use chart::{Chart, Curve, Look, Point, tick_text};
 pub use draw::{COLORS, font, for_viewers, text_width};
 pub use figure::{Figure, PlotFormat, draw};
 pub use forms::form_figure;
-pub use layouts::layout_figure;
+pub use layouts::{layout_chart, layout_figure};

@@ -2,15 +2,15 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
-use crate::lab::layouts::{LayoutRow, NamedLayout, populations_of};
+use crate::lab::layouts::{LaidOut, LayoutRow, NamedLayout, populations_of};
 use crate::text::{count, counted};
 
 /// The tables of the rows of one model.
 pub fn layout_tables(rows: &[LayoutRow]) -> Vec<ReportTable> {
     let mut tables = vec![trees(rows)];
     for population in populations_of(rows) {
-        let of_rays: Vec<&LayoutRow> = rows.iter().filter(|row| row.population == population).collect();
-        tables.extend(of_rays.first().map(|first| costs(first, &of_rays)));
+        let laid = rows.iter().map(|row| &row.laid).filter(|laid| laid.population == population);
+        tables.push(layout_costs(&laid.collect::<Vec<_>>()));
     }
     tables
 }
@@ -34,7 +34,7 @@ fn trees(rows: &[LayoutRow]) -> ReportTable {
     );
     let mut table = ReportTable::new(title, &columns);
     let mut known: Vec<NamedLayout> = Vec::new();
-    for row in rows {
+    for row in rows.iter().map(|row| &row.laid) {
         if known.contains(&row.layout) {
             continue;
         }
@@ -62,7 +62,7 @@ fn trees(rows: &[LayoutRow]) -> ReportTable {
 }
 
 /// The cost of the rays of one population in each tree.
-fn costs(first: &LayoutRow, rows: &[&LayoutRow]) -> ReportTable {
+pub fn layout_costs(rows: &[&LaidOut]) -> ReportTable {
     let columns = [
         ("layout", ""),
         ("front", ""),
@@ -75,7 +75,9 @@ fn costs(first: &LayoutRow, rows: &[&LayoutRow]) -> ReportTable {
         ("bytes", "a ray"),
         ("stack", "at most"),
     ];
-    let title = format!("{}: {}", first.population.label(), counted(first.rays.rays, "rays"));
+    let title = rows.first().map_or_else(String::new, |first| {
+        format!("{}: {}", first.population.label(), counted(first.rays.rays, "rays"))
+    });
     let mut table = ReportTable::new(title, &columns);
     for row in rows {
         let of = &row.rays;

@@ -29,5 +29,5 @@ pub(super) use format::conditions_and_threads;
 pub use format::{name_among, number, short};
 pub use formats::TableFormat;
 pub use forms::form_tables;
-pub use layouts::layout_tables;
+pub use layouts::{layout_costs, layout_tables};
 pub use summary::summary;

@@ -98,10 +98,8 @@ fn outputs(ui: &mut Ui, view: &PlotsView, state: &mut AppState, shown: &Presente
     let has_plot = has_any && view.kind != PlotKind::List;
     let save = ui.add_enabled(has_plot, egui::Button::new("PNG"));
     if save.tip("Save the plot as a picture in the current folder").clicked() {
-        let label = shown.accel.scene.source.label();
-        let stem = std::path::Path::new(&label).file_stem().map_or(label.clone(), |stem| stem.to_string_lossy().into());
         let plots = table::figure(view, state, shown);
-        state.activity.requests.push(Request::SavePlots(format!("{stem}-{}", table::stem(view)), plots));
+        state.activity.requests.push(Request::SavePlots(parts::plot_name(shown, table::stem(view)), plots));
     }
     let copy = ui.add_enabled(has_any, egui::Button::new("Copy"));
     if copy.tip("Copy what is plotted as tab-separated text").clicked() {

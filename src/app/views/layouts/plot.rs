@@ -1,0 +1,55 @@
+//! Tests of a ray over the bytes that it reads, a dot for each layout.
+
+use egui::{self, Color32, Role, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo};
+
+use crate::app::theme;
+use crate::app::views::axes::{Axes, Lettering, rest};
+use crate::lab::layouts::LaidOut;
+use crate::lab::plot::{COLORS, Look, layout_chart};
+use crate::lab::report_table::number;
+
+/// Size of what the pointer hits around a dot in points.
+const TARGET: f32 = 12.0;
+/// Height of the legend in points.
+const LEGEND: f32 = 18.0;
+
+/// Shows the plot with its legend. Pointing at a dot names the layout.
+pub(super) fn show(ui: &mut Ui, rows: &[LaidOut]) {
+    let chart = layout_chart("", &rows.iter().collect::<Vec<_>>());
+    let palette = theme::palette(ui);
+    let color = |index: usize| match COLORS[index % COLORS.len()] {
+        [0, 0, 0] => palette.text,
+        [r, g, b] => Color32::from_rgb(r, g, b),
+    };
+    let size = rest(ui) - Vec2::Y * LEGEND;
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let [across, up] = &chart.labels;
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {up} over {across}")));
+    let lettering = Lettering { heading: up, across, ..Lettering::default() };
+    let axes = Axes::paint(ui, rect, chart.axes, &lettering);
+    let painter = axes.painter(ui);
+    for curve in chart.curves.iter().filter(|curve| curve.look == Look::Reference) {
+        let line = curve.points.iter().map(|point| axes.at([point.x, point.y])).collect();
+        painter.add(Shape::line(line, Stroke::new(1.5, palette.dim)));
+    }
+    for (index, row) in rows.iter().enumerate() {
+        let group = row.layout.group();
+        let Some(curve) = chart.curves.iter().find(|curve| curve.name == group) else { continue };
+        let at = axes.at([row.rays.bytes_per_ray, row.rays.tests_per_ray]);
+        let radius = if row.layout.is_own() { 5.0 } else { 3.5 };
+        painter.circle(at, radius, color(curve.color), Stroke::new(1.0, Color32::from_black_alpha(90)));
+        let target = egui::Rect::from_center_size(at, Vec2::splat(TARGET));
+        let dot = ui.interact(target, response.id.with(index), Sense::hover());
+        if dot.hovered() {
+            painter.circle_stroke(at, 6.5, Stroke::new(1.5, palette.text));
+        }
+        let numbers = [row.rays.tests_per_ray, row.rays.bytes_per_ray].map(number);
+        let [tests, bytes] = numbers;
+        dot.on_hover_text_at_pointer(format!("{}: {tests} tests and {bytes} bytes a ray", row.layout.name()));
+    }
+    ui.horizontal(|ui| {
+        for curve in chart.curves.iter().filter(|curve| curve.look == Look::Dots) {
+            ui.colored_label(color(curve.color), format!("● {}", curve.name));
+        }
+    });
+}
