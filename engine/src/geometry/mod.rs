@@ -43,7 +43,7 @@ pub(crate) use oriented::ORIENTED_PAD;
 pub use oriented::{OrientedBox, OrientedKind};
 pub(crate) use oriented_fit::intervals;
 pub use placement::Placement;
-pub(crate) use placement::{CarriedRay, LEAST_WIDENING, SingleCarry};
+pub(crate) use placement::{CarriedRay, LARGEST_DIRECTION, LEAST_WIDENING};
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};
 pub use ray::{Hit, Ray};

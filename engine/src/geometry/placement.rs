@@ -9,7 +9,7 @@ use super::ray::Ray;
 use super::triangle::Triangle;
 
 /// Part of the reach of copy and ray by which the boxes of a mesh are widened for a ray carried into its coordinates: 64 units of 2⁻²⁴,
-/// of which docs/containers.md accounts for 40.
+/// of which docs/containers.md accounts for 47.
 const CARRY_PAD: f64 = 64.0 / (1 << 24) as f64;
 /// Part of its terms by which a computed coordinate may be off, 4 units of 2⁻²⁴: three products and three sums.
 const PLACE_PAD: f64 = 4.0 / (1 << 24) as f64;
@@ -17,8 +17,10 @@ const PLACE_PAD: f64 = 4.0 / (1 << 24) as f64;
 const LARGEST_SCALE: f64 = 1e12;
 /// Largest coordinate of a copy: as far as triangles are watertight.
 const LARGEST_COORDINATE: f64 = 1e18;
-/// Least widening of boxes for rays whose directions keep their scale: more than what products of small numbers lose.
+/// Least widening of boxes for rays that are carried in single precision: more than what products of small numbers lose.
 pub(crate) const LEAST_WIDENING: f32 = 1e-20;
+/// Largest component of the direction of such a ray in a mesh, inverted the smallest.
+pub(crate) const LARGEST_DIRECTION: f32 = 1e15;
 /// Largest difference from the identity of a transform times its computed inverse.
 const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
 
@@ -27,39 +29,27 @@ const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
 pub struct Placement {
     /// Factors of the coordinates and the translation, by axis of the world.
     pub(crate) rows: [[f32; 4]; 3],
-    inverse: DMat3,
-    /// The largest sum of the absolute terms of a coordinate of the copy.
-    reach: f64,
+    /// The inverse of the factors: of the coordinates of the world, by axis of the mesh.
+    pub(crate) inverse: [[f32; 3]; 3],
+    /// By how much boxes are widened on each axis of the mesh for each unit of the sum of `reach` and the largest absolute coordinate of the
+    /// ray's origin.
+    pub(crate) widening: [f32; 3],
+    /// The largest sum of the absolute terms of a coordinate of the copy, or a little more.
+    pub(crate) reach: f32,
 }
 
-/// The point that rays begin at, in the coordinates of a mesh, and what takes their directions there.
+/// A point in the coordinates of a mesh, and the widening of boxes there for rays that begin at it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CarriedPoint {
     pub(crate) point: Vec3,
-    /// Factors of a direction in the world, by axis of the mesh.
-    pub(crate) rows: [[f32; 3]; 3],
     /// See [`CarriedRay::widening`].
-    pub(crate) widening: [f32; 3],
-}
-
-/// What carries rays into the coordinates of a mesh in single precision.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SingleCarry {
-    /// Factors of the coordinates and directions in the world, by axis of the mesh.
-    pub(crate) rows: [[f32; 3]; 3],
-    /// What is subtracted from coordinates before.
-    pub(crate) translation: [f32; 3],
-    /// See [`SingleCarry::widening`]: of the copy.
-    pub(crate) reach: f32,
-    /// By how much boxes must be widened on each axis for each unit of the sum of `reach` and the largest absolute coordinate of the ray's
-    /// origin.
     pub(crate) widening: [f32; 3],
 }
 
 /// A ray in the coordinates of a mesh.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CarriedRay {
-    /// The ray, whose direction was scaled by a power of two.
+    /// The ray, whose direction may be scaled by a power of two.
     pub(crate) ray: Ray,
     /// Distances along it for one of the ray that was carried: a power of two.
     per_distance: f32,
@@ -99,7 +89,9 @@ impl Placement {
         if reach > LARGEST_COORDINATE {
             return Err("its coordinates exceed 1e18");
         }
-        Ok(Self { rows, inverse, reach })
+        let widening = rows_of(&inverse).map(|row| (row.abs().element_sum() * CARRY_PAD) as f32);
+        let inverse = rows_of(&inverse).map(|row| row.as_vec3().to_array());
+        Ok(Self { rows, inverse, widening, reach: (reach as f32).next_up() })
     }
 
     /// A point of the mesh in the world: ((x·m₀ + y·m₁) + z·m₂) + m₃ on each axis, each operation rounded to single precision. Whoever
@@ -119,7 +111,8 @@ impl Placement {
     /// The direction in the world of a normal in the mesh, which stays perpendicular to what it was; its length is another. A mirrored copy
     /// keeps its outside.
     pub fn normal(&self, normal: Vec3) -> Vec3 {
-        let direction = self.inverse.transpose() * normal.as_dvec3();
+        let [x, y, z] = self.inverse.map(|row| Vec3::from_array(row).as_dvec3());
+        let direction = x * f64::from(normal.x) + y * f64::from(normal.y) + z * f64::from(normal.z);
         // Within the range of single precision, whatever the scale.
         (direction / direction.abs().max_element().max(f64::MIN_POSITIVE)).as_vec3()
     }
@@ -137,7 +130,7 @@ impl Placement {
 
     /// True if the copy is mirrored, so that its triangles turn the other way around.
     pub fn is_mirrored(&self) -> bool {
-        self.inverse.determinant() < 0.0
+        self.matrix().determinant() < 0.0
     }
 
     /// A box in the world around all that [`Placement::point`] makes of points in `bounds`; empty where that is empty.
@@ -146,7 +139,7 @@ impl Placement {
             return Aabb::EMPTY;
         }
         let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
-        let pad = self.reach * PLACE_PAD;
+        let pad = f64::from(self.reach) * PLACE_PAD;
         let sides = self.rows.map(|row| {
             let [x, y, z, translation] = row.map(f64::from);
             let ends = DVec3::new(x, y, z);
@@ -157,13 +150,59 @@ impl Placement {
         Aabb { min: sides.map(|side| side[0]).into(), max: sides.map(|side| side[1]).into() }
     }
 
+    /// The factors of the coordinates.
+    fn matrix(&self) -> DMat3 {
+        let [x, y, z] = self.rows.map(|[x, y, z, _]| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
+        DMat3::from_cols(x, y, z).transpose()
+    }
+
     /// `ray` in the coordinates of the mesh; `None` where these leave the range of single precision.
     ///
-    /// The widening is more than what rounding moves between the two: 40 units of 2⁻²⁴ of S·W on an axis, where S is the sum of the
+    /// The widening is more than what rounding moves between the two: 47 units of 2⁻²⁴ of S·W on an axis, where S is the sum of the
     /// absolute elements of the inverse's row and W that of the reaches of copy and ray. docs/containers.md, "Copies of meshes", derives it.
+    #[inline(always)]
     pub(crate) fn carry(&self, ray: &Ray) -> Option<CarriedRay> {
-        let (origin, widening) = self.carry_origin(ray.origin);
-        let direction = self.inverse * ray.direction.as_dvec3();
+        let direction = self.carry_vector(ray.direction);
+        let largest = direction.abs().max_element();
+        // NaN fails each comparison.
+        if let Some(CarriedPoint { point, widening }) = self.carry_point(ray.origin)
+            && (1.0 / LARGEST_DIRECTION..=LARGEST_DIRECTION).contains(&largest)
+        {
+            let ray = Ray { origin: point, direction, t_min: ray.t_min.max(0.0), t_max: ray.t_max };
+            return Some(CarriedRay { ray, per_distance: 1.0, widening });
+        }
+        self.carry_scaled(ray)
+    }
+
+    /// `point` in the coordinates of the mesh, with the widening of [`Placement::carry`] for rays that begin there; `None` where numbers may
+    /// leave the range of single precision.
+    #[inline(always)]
+    pub(crate) fn carry_point(&self, point: Vec3) -> Option<CarriedPoint> {
+        let carried = self.carry_vector(point - Vec3::from_array(self.rows.map(|row| row[3])));
+        let reach = self.reach + point.abs().max_element();
+        let widening = self.widening.map(|factor| factor * reach);
+        let fits = carried.is_finite() && widening.iter().all(|&width| width >= LEAST_WIDENING);
+        fits.then_some(CarriedPoint { point: carried, widening })
+    }
+
+    /// A direction of the world in the coordinates of the mesh.
+    #[inline(always)]
+    fn carry_vector(&self, vector: Vec3) -> Vec3 {
+        let component = |[x, y, z]: [f32; 3]| vector.x * x + vector.y * y + vector.z * z;
+        Vec3::from_array(self.inverse.map(component))
+    }
+
+    /// [`Placement::carry`] in double precision, with the direction scaled by a power of two: for scales that single precision has no
+    /// room for.
+    #[cold]
+    #[inline(never)]
+    fn carry_scaled(&self, ray: &Ray) -> Option<CarriedRay> {
+        let inverse = self.matrix().inverse();
+        let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
+        let origin = (inverse * (ray.origin.as_dvec3() - DVec3::new(x, y, z))).as_vec3();
+        let reach = f64::from(self.reach) + f64::from(ray.origin.abs().max_element());
+        let widening = rows_of(&inverse).map(|row| (row.abs().element_sum() * CARRY_PAD * reach) as f32);
+        let direction = inverse * ray.direction.as_dvec3();
         // So that neither its square nor its reciprocal leaves the range.
         let (scale, per_distance) = powers(direction.abs().max_element())?;
         let carried = Ray {
@@ -178,50 +217,9 @@ impl Placement {
     }
 }
 
-impl Placement {
-    /// `origin` in the coordinates of the mesh, and the widening of [`Placement::carry`].
-    #[inline(always)]
-    fn carry_origin(&self, origin: Vec3) -> (Vec3, [f32; 3]) {
-        let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
-        let carried = self.inverse * (origin.as_dvec3() - DVec3::new(x, y, z));
-        let reach = self.reach + f64::from(origin.abs().max_element());
-        (carried.as_vec3(), self.widening().map(|factor| (factor * reach) as f32))
-    }
-
-    /// The widening for each unit of the reaches of copy and ray, by axis of the mesh.
-    #[inline(always)]
-    fn widening(&self) -> [f64; 3] {
-        let rows = self.inverse.transpose();
-        [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.abs().element_sum() * CARRY_PAD)
-    }
-
-    /// Factors of a direction in the world, by axis of the mesh, in single precision.
-    #[inline(always)]
-    fn single_rows(&self) -> [[f32; 3]; 3] {
-        let rows = self.inverse.transpose();
-        [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.as_vec3().to_array())
-    }
-
-    /// [`Placement::carry`] for many rays whose directions keep their scale, with origins and directions in single precision: seven
-    /// roundings more, which the widening has room for.
-    #[inline(always)]
-    pub(crate) fn carry_single(&self) -> SingleCarry {
-        SingleCarry {
-            rows: self.single_rows(),
-            translation: self.rows.map(|row| row[3]),
-            reach: self.reach as f32,
-            widening: self.widening().map(|factor| factor as f32),
-        }
-    }
-
-    /// [`Placement::carry`] for many rays from one point, whose directions are carried in single precision and keep their scale: three
-    /// roundings more, which the widening has room for. `None` where the numbers may leave the range of single precision.
-    pub(crate) fn carry_point(&self, origin: Vec3) -> Option<CarriedPoint> {
-        let (point, widening) = self.carry_origin(origin);
-        let rows = self.single_rows();
-        let fits = point.is_finite() && widening.iter().all(|&width| width >= LEAST_WIDENING);
-        fits.then_some(CarriedPoint { point, rows, widening })
-    }
+fn rows_of(matrix: &DMat3) -> [DVec3; 3] {
+    let rows = matrix.transpose();
+    [rows.x_axis, rows.y_axis, rows.z_axis]
 }
 
 /// The power of two by which `length` is divided to be from 1 to below 2, inverted, and itself; `None` where one of them has no normal

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use fearless_simd::{Level, Simd, SimdBase, SimdMask, f32x16};
 use glam::Vec3;
 
-use crate::geometry::{Aabb, Hit, Placement, Ray};
+use crate::geometry::{Aabb, Hit, LARGEST_DIRECTION, Placement, Ray};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::kernel::simd::dispatch;
@@ -18,9 +18,6 @@ use crate::wide::trace::copies::{Copy, CopyOf, WorldRay, each_hit, placed};
 use crate::wide::trace::packet::{Packet, PacketHits, PacketRays, Walk};
 use crate::wide::trace::packet_tree::BoxTree;
 use crate::wide::tree::WideTree;
-
-/// Largest component of a direction in a mesh for packets.
-const LARGEST_DIRECTION: f32 = 1e15;
 
 /// Traces `rays` as a packet through the copies that `copy` has for the items of `top`: calls `write` with the index, copy and nearest hit
 /// of each ray that hits one. `false`, without a call, if they are not coherent enough.
@@ -102,7 +99,7 @@ fn entering_groups<S: Simd>(
 #[inline(always)]
 fn carry<S: Simd>(simd: S, rays: &PacketRays, place: &Placement, groups: u32, beam: &mut Beam) -> bool {
     let Some(carried) = place.carry_point(Vec3::from_array(rays.beam.origin)) else { return false };
-    let factors = each!(axis => each!(from => f32x16::splat(simd, carried.rows[axis][from])));
+    let factors = each!(axis => each!(from => f32x16::splat(simd, place.inverse[axis][from])));
     let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
     let mut lowest = [f32x16::splat(simd, f32::INFINITY); 3];
     let mut highest = [f32x16::splat(simd, f32::NEG_INFINITY); 3];

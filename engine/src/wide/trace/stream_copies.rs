@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x8};
 
-use crate::geometry::{Aabb, Hit, LEAST_WIDENING, Ray, SingleCarry, TriangleHit};
+use crate::geometry::{Aabb, Hit, LEAST_WIDENING, Placement, Ray, TriangleHit};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::kernel::simd::dispatch;
@@ -155,7 +155,6 @@ impl<const RAYS: usize, const WORDS: usize> Levels<RAYS, WORDS> {
     /// Carries the rays of `set` into the coordinates of a mesh. Returns those for which single precision does not do.
     #[inline(always)]
     fn carry<S: Simd>(&mut self, simd: S, copy: Copy<'_>, set: u64, rays: &[Ray]) -> u64 {
-        let carry = copy.place.carry_single();
         let (mut remaining, mut count, mut not_carried) = (set, 0, 0);
         self.below.active = 0;
         while remaining != 0 {
@@ -169,7 +168,7 @@ impl<const RAYS: usize, const WORDS: usize> Levels<RAYS, WORDS> {
                 self.below.t[(count + size) % RAYS] = self.above.t[index];
                 size += 1;
             }
-            let able = carry_group(simd, &carry, &group, &mut self.below.rays, count % RAYS) & !(u32::MAX << size);
+            let able = carry_group(simd, copy.place, &group, &mut self.below.rays, count % RAYS) & !(u32::MAX << size);
             self.below.active |= u64::from(able) << count;
             for lane in bits(u64::from(!able & !(u32::MAX << size))) {
                 not_carried |= 1 << self.indices[(count + lane) % RAYS];
@@ -296,23 +295,23 @@ impl HitOfCopy {
 #[inline(always)]
 fn carry_group<S: Simd, const RAYS: usize>(
     simd: S,
-    carry: &SingleCarry,
+    place: &Placement,
     group: &[Ray; RAY_LANES],
     lanes: &mut RayLanes<RAYS>,
     first: usize,
 ) -> u32 {
     let splat = |value| f32x8::splat(simd, value);
     let [ox, oy, oz, dx, dy, dz, t_min, t_max] = transposed(simd, group);
-    let reach = ox.abs().max(oy.abs()).max(oz.abs()) + splat(carry.reach);
+    let reach = ox.abs().max(oy.abs()).max(oz.abs()) + splat(place.reach);
     let from_origin = [ox, oy, oz];
-    let relative = each!(axis => from_origin[axis] - splat(carry.translation[axis]));
+    let relative = each!(axis => from_origin[axis] - splat(place.rows[axis][3]));
     let (mut origin, mut direction) = ([splat(0.0); 3], [splat(0.0); 3]);
     for axis in 0..3 {
-        let [x, y, z] = each!(from => splat(carry.rows[axis][from]));
+        let [x, y, z] = each!(from => splat(place.inverse[axis][from]));
         origin[axis] = relative[0] * x + relative[1] * y + relative[2] * z;
         direction[axis] = dx * x + dy * y + dz * z;
     }
-    let widening = each!(axis => reach * splat(carry.widening[axis]));
+    let widening = each!(axis => reach * splat(place.widening[axis]));
     let able = lanes.set_slabs(
         simd,
         first,
