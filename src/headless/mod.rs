@@ -19,7 +19,6 @@ pub mod exr;
 pub mod merges;
 
 pub mod copies;
-mod copy_forms;
 pub mod layouts;
 pub mod measure;
 mod output;

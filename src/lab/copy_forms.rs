@@ -86,7 +86,7 @@ impl Form {
     }
 }
 
-/// What rays cost in a form, on average of a ray.
+/// Cost of rays in a form, on average of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FormCost {
     /// Number of rays, each as many times as rays it stands for.

@@ -140,7 +140,7 @@ impl NamedLayout {
         format!("{} {}, {}, leaves {}", self.children, self.collapse, self.planes, self.leaf_limit)
     }
 
-    /// Whether this is the program's own tree.
+    /// True for the program's own tree.
     pub fn is_own(&self) -> bool {
         self.collapse == ENGINE
     }

@@ -56,7 +56,7 @@ const LEAVES: [(u32, &str, &str); 6] = [
 /// Part of the width that the table takes.
 const TABLE: f32 = 0.62;
 
-/// What layouts were measured with.
+/// The inputs of a measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LayoutInputs {
     plan: LayoutPlan,
