@@ -99,7 +99,8 @@ impl Placement {
     #[inline]
     pub fn point(&self, point: Vec3) -> Vec3 {
         let coordinate = |[x, y, z, translation]: [f32; 4]| point.x * x + point.y * y + point.z * z + translation;
-        Vec3::from_array(self.rows.map(coordinate))
+        let [x, y, z] = self.rows;
+        Vec3::new(coordinate(x), coordinate(y), coordinate(z))
     }
 
     /// A triangle of the mesh in the world: its corners, in their order.
@@ -189,7 +190,8 @@ impl Placement {
     #[inline(always)]
     fn carry_vector(&self, vector: Vec3) -> Vec3 {
         let component = |[x, y, z]: [f32; 3]| vector.x * x + vector.y * y + vector.z * z;
-        Vec3::from_array(self.inverse.map(component))
+        let [x, y, z] = self.inverse;
+        Vec3::new(component(x), component(y), component(z))
     }
 
     /// [`Placement::carry`] in double precision, with the direction scaled by a power of two: for scales that single precision has no
