@@ -50,7 +50,9 @@ fn layouts_are_measured_by_the_chosen_rays_and_chosen_by_their_axes() {
     let mut harness = open();
     let mut plan = LayoutPlan::default();
     check(&mut harness, &plan);
-    assert!(harness.query_by_label_contains("Plot of Tests a ray over Bytes a ray").is_some());
+    let plot = harness.get_by_label_contains("Plot of Tests a ray over Bytes a ray").rect();
+    harness.run_steps(8);
+    assert_eq!(harness.get_by_label_contains("Plot of Tests a ray over Bytes a ray").rect(), plot, "it does not grow");
 
     harness.state_mut().state.model.derived.population = Population::Random;
     settle(&mut harness);

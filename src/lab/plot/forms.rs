@@ -4,41 +4,51 @@ use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use super::figure::Figure;
 use crate::lab::copy_forms::FormRow;
+use crate::lab::population::Population;
 use crate::lab::report_table::short;
 use crate::text::counted;
 
-/// A chart with a curve for the rays of each population, and a line for each where the scene is flat.
+/// A chart for the rays of each population, with a line for the flat scene.
 pub fn form_figure(rows: &[FormRow]) -> Figure {
     let mut notes = Vec::new();
     if let Some(row) = rows.first() {
         notes.push(format!(
-            "{}, {} of all copies. Wide nodes and blocks that a ray visits in both levels, over the number of parts for each copy in the tree above. Grey: the flat scene.",
+            "{}, {} of all copies. Wide nodes and blocks that a ray visits in both levels, over the number of parts for each copy in the tree above.",
             short(&row.model),
             counted(row.triangles as u64, "triangles")
         ));
     }
-    let opened: Vec<f64> = rows.iter().filter_map(|row| row.form.open).map(f64::from).collect();
-    let across = Axis::fitted(opened.iter().copied());
-    let mut curves: Vec<Curve> = Vec::new();
-    for row in rows.iter().filter(|row| row.form.open.is_none()) {
-        let ends = opened.iter().copied().reduce(f64::min).zip(opened.iter().copied().reduce(f64::max));
-        let points = ends.map_or_else(Vec::new, |(least, most)| {
-            [least, most].map(|open| Point::of([open, row.cost.visits_per_ray()])).to_vec()
-        });
-        let name = format!("{}, flat", row.population.label());
-        curves.push(Curve { name, color: 0, look: Look::Reference, points });
-    }
+    let mut populations: Vec<Population> = Vec::new();
     for row in rows {
-        let Some(open) = row.form.open else { continue };
-        let name = row.population.label().to_owned();
-        let at = curves.iter().position(|curve| curve.name == name).unwrap_or_else(|| {
-            let color = curves.iter().filter(|curve| curve.look == Look::Measured).count();
-            curves.push(Curve { name, color, look: Look::Measured, points: Vec::new() });
-            curves.len() - 1
-        });
-        curves[at].points.push(Point::of([f64::from(open), row.cost.visits_per_ray()]));
+        if !populations.contains(&row.population) {
+            populations.push(row.population);
+        }
     }
-    let up = Axis::fitted(curves.iter().flat_map(|curve| &curve.points).map(|point| point.y));
+    let charts = populations.into_iter().map(|population| {
+        chart(population, &rows.iter().filter(|row| row.population == population).collect::<Vec<_>>())
+    });
+    Figure { charts: charts.collect(), notes }
+}
+
+fn chart(population: Population, rows: &[&FormRow]) -> Chart {
+    let opened: Vec<[f64; 2]> =
+        rows.iter().filter_map(|row| Some([f64::from(row.form.open?), row.cost.visits_per_ray()])).collect();
+    let ends = || [opened.first(), opened.last()].into_iter().flatten();
+    let flat = rows.iter().filter(|row| row.form.open.is_none()).flat_map(|row| {
+        let visits = row.cost.visits_per_ray();
+        ends().map(move |[open, _]| Point::of([*open, visits]))
+    });
+    let curves = vec![
+        Curve { name: "flat".to_owned(), color: 0, look: Look::Reference, points: flat.collect() },
+        Curve {
+            name: "two levels".to_owned(),
+            color: 0,
+            look: Look::Measured,
+            points: opened.iter().map(|&point| Point::of(point)).collect(),
+        },
+    ];
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let axes = [Axis::fitted(points().map(|point| point.x)), Axis::linear(points().map(|point| point.y))];
     let labels = ["Parts for each copy".to_owned(), "Nodes and blocks a ray".to_owned()];
-    Figure { charts: vec![Chart { title: String::new(), labels, axes: [across, up], curves, rows: Vec::new() }], notes }
+    Chart { title: population.label().to_owned(), labels, axes, curves, rows: Vec::new() }
 }

@@ -10,8 +10,6 @@ use crate::lab::report_table::number;
 
 /// Size of what the pointer hits around a dot in points.
 const TARGET: f32 = 12.0;
-/// Height of the legend in points.
-const LEGEND: f32 = 18.0;
 
 /// Shows the plot with its legend. Pointing at a dot names the layout.
 pub(super) fn show(ui: &mut Ui, rows: &[LaidOut]) {
@@ -21,8 +19,15 @@ pub(super) fn show(ui: &mut Ui, rows: &[LaidOut]) {
         [0, 0, 0] => palette.text,
         [r, g, b] => Color32::from_rgb(r, g, b),
     };
-    let size = rest(ui) - Vec2::Y * LEGEND;
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    // Before the plot, which takes the rest of the height.
+    ui.horizontal_wrapped(|ui| {
+        for curve in chart.curves.iter().filter(|curve| curve.look == Look::Dots) {
+            let (mark, _) = ui.allocate_exact_size(Vec2::splat(TARGET), Sense::hover());
+            ui.painter().circle_filled(mark.center(), 3.5, color(curve.color));
+            ui.label(&curve.name);
+        }
+    });
+    let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::hover());
     let [across, up] = &chart.labels;
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {up} over {across}")));
     let lettering = Lettering { heading: up, across, ..Lettering::default() };
@@ -47,9 +52,4 @@ pub(super) fn show(ui: &mut Ui, rows: &[LaidOut]) {
         let [tests, bytes] = numbers;
         dot.on_hover_text_at_pointer(format!("{}: {tests} tests and {bytes} bytes a ray", row.layout.name()));
     }
-    ui.horizontal(|ui| {
-        for curve in chart.curves.iter().filter(|curve| curve.look == Look::Dots) {
-            ui.colored_label(color(curve.color), format!("● {}", curve.name));
-        }
-    });
 }
