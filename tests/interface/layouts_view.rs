@@ -10,7 +10,7 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 
-use crate::harness::{Window, app, copied, presented, press, settle};
+use crate::harness::{Window, app, app_of_copies, copied, presented, press, settle};
 
 fn open() -> Window {
     let mut harness = app();
@@ -76,5 +76,10 @@ fn what_has_no_layouts_is_said() {
     let mut harness = open();
     harness.state_mut().state.wanted.build.container = ContainerKind::Sphere;
     settle(&mut harness);
-    assert!(harness.query_by_label_contains("layouts are those of trees of boxes").is_some());
+    assert!(harness.query_by_label_contains("Layouts are those of trees of boxes").is_some());
+
+    let mut harness = app_of_copies();
+    press(&mut harness, Modifiers::NONE, Key::Y);
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("Copies flat").is_some());
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::parts;
 use crate::accel::Accel;
+use crate::app::format;
 use crate::app::state::{AppState, Derived, Presented, Request, Study, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{Needs, View};
@@ -127,7 +128,10 @@ impl View for LayoutsView {
                 empty_view(ui, parts::no_rays(state, &shown).unwrap_or("There are no such rays"));
             }
             Some(Ok(rows)) => body(ui, state, rows),
-            Some(Err(reason)) => empty_view(ui, reason),
+            Some(Err(_)) if shown.accel.scene.copies.is_some() => {
+                empty_view(ui, "Layouts are of trees of one level: File has “Copies flat” for this scene");
+            }
+            Some(Err(reason)) => empty_view(ui, &format::capital(reason)),
             None => {
                 let study = (&mut self.measured, inputs);
                 parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, "Laying out wide trees");

@@ -24,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, rows: &[LaidOut]) {
         for curve in chart.curves.iter().filter(|curve| curve.look == Look::Dots) {
             let (mark, _) = ui.allocate_exact_size(Vec2::splat(TARGET), Sense::hover());
             ui.painter().circle_filled(mark.center(), 3.5, color(curve.color));
-            ui.label(&curve.name);
+            ui.add(egui::Label::new(&curve.name).extend());
         }
     });
     let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::hover());
