@@ -2,27 +2,25 @@
 
 use std::sync::Arc;
 
-use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
+use super::context::{Context, Failure, Finished, camera_of, in_pool};
+use super::cost_rows::RowsOf;
 use super::measure::of_job;
 use super::output::Output;
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
 use crate::accel::Accel;
-use crate::catalog::settings::Stated;
 use crate::console::note;
 use crate::export::Protected;
-use crate::lab::copy_costs::{CopyRow, copy_costs};
-use crate::lab::copy_forms::{FormRow, copy_forms};
+use crate::lab::LabError;
+use crate::lab::copy_costs::copy_costs;
+use crate::lab::copy_forms::copy_forms;
 use crate::lab::plot::form_figure;
 use crate::lab::population::RayPlan;
 use crate::lab::report_table::{copy_tables, form_tables};
-use crate::lab::rows::{write_copies_csv, write_forms_csv};
-use crate::lab::{Conditions, LabError, ViewConditions};
 use crate::render::RenderSettings;
 use crate::scene::{Instancing, SceneSource};
 use crate::text::printable;
 use crate::view::CameraChoice;
-use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Settings of `copies`.
@@ -84,49 +82,26 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
         return run_forms(command, &accel, &rays, &read, context).map(|()| finished);
     }
     progress.set_label("Tracing");
-    let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
+    let rows_of = rows_of(command, &accel, &rays);
+    let mut rows = Vec::new();
+    let outcome = in_pool(|| copy_costs(&accel, &rays, command.most, &token, &mut |cost| rows.push(rows_of.row(cost))));
     drop(progress);
-    let written = match &rows[..] {
-        [] => Ok(()),
-        rows => command.output.write_files(rows, write_copies_csv, |_| unreachable!("--plot needs --open"), &read),
-    };
-    let printed = command.output.print(&rows, write_copies_csv, copy_tables, context.out);
-    written?;
-    outcome.map_err(|error| of_job(error, &command.source))?;
-    ignore_missing_reader(printed)?;
+    let outcome = outcome.map_err(|error| of_job(error, &command.source));
+    let figure = |_: &[_]| unreachable!("--plot needs --open");
+    command.output.deliver(&rows, copy_tables, figure, &read, context.out, outcome)?;
     Ok(finished)
 }
 
-/// The rows, as far as they were measured.
-fn measured(
-    command: &CopiesCommand,
-    accel: &Arc<Accel>,
-    plan: &RayPlan,
-    token: &CancelToken,
-) -> (Vec<CopyRow>, Result<(), LabError>) {
-    let scene = &accel.scene;
-    let mut rows = Vec::new();
-    let outcome = copy_costs(accel, plan, command.most, token, &mut |population, rays, part, cost| {
-        let has_camera = population.kind().is_some();
-        let view = has_camera.then(|| ViewConditions::new(command.camera.place(scene), &plan.camera, scene.offset));
-        rows.push(CopyRow {
-            command: "copies",
-            model: command.source.to_string(),
-            triangles: scene.triangle_count() as usize,
-            builder: accel.builder_name().into_owned(),
-            settings: Stated::of(&accel.settings),
-            threads: rayon::current_num_threads(),
-            population,
-            rays,
-            part,
-            cost,
-            width_px: command.size[0],
-            height_px: command.size[1],
-            conditions: Conditions::of_process(view, command.settings.simd),
-            warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
-        });
-    });
-    (rows, outcome)
+/// The fields that all rows share.
+fn rows_of<'a>(command: &'a CopiesCommand, accel: &'a Accel, rays: &'a RayPlan) -> RowsOf<'a> {
+    RowsOf {
+        command: "copies",
+        source: &command.source,
+        accel,
+        camera: (&command.camera, &rays.camera),
+        size: command.size,
+        simd: command.settings.simd,
+    }
 }
 
 /// Measures the forms of the scene of `accel` and prints their rows; those that were measured before an early end, too.
@@ -140,16 +115,14 @@ fn run_forms(
     let flat = flat_form(command, context)?;
     let token = context.token.clone();
     let progress = Progress::new("Tracing", &token);
-    let (rows, outcome) = in_pool(|| measured_forms(command, accel, flat.as_ref(), plan, &token));
+    let rows_of = rows_of(command, accel, plan);
+    let mut rows = Vec::new();
+    let outcome = in_pool(|| {
+        copy_forms(accel, flat.as_ref(), &command.open, plan, &token, &mut |cost| rows.push(rows_of.row(cost)))
+    });
     drop(progress);
-    let written = match &rows[..] {
-        [] => Ok(()),
-        rows => command.output.write_files(rows, write_forms_csv, |rows| Ok(form_figure(rows)), read),
-    };
-    let printed = command.output.print(&rows, write_forms_csv, form_tables, context.out);
-    written?;
-    outcome.map_err(|error| of_job(error, &command.source))?;
-    Ok(ignore_missing_reader(printed)?)
+    let outcome = outcome.map_err(|error| of_job(error, &command.source));
+    command.output.deliver(&rows, form_tables, |rows| Ok(form_figure(rows)), read, context.out, outcome)
 }
 
 /// The tree of the flat scene; `None`, with a note, where memory does not suffice.
@@ -170,36 +143,4 @@ fn flat_form(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Optio
             note(format_args!("bvhscope: the flat scene is left out: {}", printable(&error.to_string())));
         })
         .ok())
-}
-
-/// The rows, as far as they were measured.
-fn measured_forms(
-    command: &CopiesCommand,
-    accel: &Arc<Accel>,
-    flat: Option<&Accel>,
-    plan: &RayPlan,
-    token: &CancelToken,
-) -> (Vec<FormRow>, Result<(), LabError>) {
-    let scene = &accel.scene;
-    let mut rows = Vec::new();
-    let outcome = copy_forms(accel, flat, &command.open, plan, token, &mut |form, population, cost| {
-        let has_camera = population.kind().is_some();
-        let view = has_camera.then(|| ViewConditions::new(command.camera.place(scene), &plan.camera, scene.offset));
-        rows.push(FormRow {
-            command: "copies",
-            model: command.source.to_string(),
-            triangles: scene.triangle_count() as usize,
-            builder: accel.builder_name().into_owned(),
-            settings: Stated::of(&accel.settings),
-            threads: rayon::current_num_threads(),
-            form,
-            population,
-            cost,
-            width_px: command.size[0],
-            height_px: command.size[1],
-            conditions: Conditions::of_process(view, command.settings.simd),
-            warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
-        });
-    });
-    (rows, outcome)
 }

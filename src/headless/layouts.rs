@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool, needs_triangles};
+use super::context::{Context, Failure, Finished, camera_of, in_pool, needs_triangles};
+use super::cost_rows::RowsOf;
 use super::measure::of_job;
 use super::moments::MomentChoice;
 use super::output::Output;
@@ -11,17 +12,15 @@ use super::ray_input::MeasuringRays;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
 use crate::accel::{Accel, Follow};
-use crate::camera::Camera;
-use crate::catalog::settings::Stated;
 use crate::export::Protected;
-use crate::lab::layouts::{LayoutPlan, LayoutRow, layouts, mark_front};
+use crate::lab::LabError;
+use crate::lab::cost_row::CostRow;
+use crate::lab::layouts::{LaidOut, LayoutPlan, layouts, mark_front};
 use crate::lab::plot::layout_figure;
-use crate::lab::population::{Population, RayPlan};
+use crate::lab::population::RayPlan;
 use crate::lab::report_table::layout_tables;
-use crate::lab::rows::write_layouts_csv;
-use crate::lab::{Conditions, LabError, ViewConditions};
 use crate::render::RenderSettings;
-use crate::scene::{Scene, SceneSource};
+use crate::scene::SceneSource;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -80,14 +79,8 @@ pub fn run(command: &LayoutsCommand, context: &mut Context<'_>) -> Result<Finish
     let (rows, outcome) = in_pool(|| measured(command, &accel, &rays, &token));
     drop(progress);
     let has_faults = note_faults(&accel);
-    let written = match &rows[..] {
-        [] => Ok(()),
-        rows => command.output.write_files(rows, write_layouts_csv, |rows| Ok(layout_figure(rows)), &read),
-    };
-    let printed = command.output.print(&rows, write_layouts_csv, layout_tables, context.out);
-    written?;
-    outcome.map_err(|error| of_job(error, &command.source))?;
-    ignore_missing_reader(printed)?;
+    let outcome = outcome.map_err(|error| of_job(error, &command.source));
+    command.output.deliver(&rows, layout_tables, |rows| Ok(layout_figure(rows)), &read, context.out, outcome)?;
     Ok(Finished { warned: has_faults || has_bad_rays || !scene.warnings.is_empty() })
 }
 
@@ -97,31 +90,17 @@ fn measured(
     accel: &Arc<Accel>,
     rays: &RayPlan,
     token: &CancelToken,
-) -> (Vec<LayoutRow>, Result<(), LabError>) {
-    let scene = &accel.scene;
+) -> (Vec<CostRow<LaidOut>>, Result<(), LabError>) {
+    let rows_of = RowsOf {
+        command: "layouts",
+        source: &command.source,
+        accel,
+        camera: (&command.camera, &rays.camera),
+        size: command.size,
+        simd: command.settings.simd,
+    };
     let mut rows = Vec::new();
-    let outcome = layouts(accel, &command.plan, &rays.views(), token, &mut |laid| {
-        rows.push(LayoutRow {
-            command: "layouts",
-            model: command.source.to_string(),
-            triangles: scene.triangle_count() as usize,
-            builder: accel.builder_name().into_owned(),
-            tree: accel.file.as_ref().map(|file| file.path.display().to_string()),
-            settings: if accel.file.is_some() { Stated::default() } else { Stated::of(&accel.settings) },
-            threads: rayon::current_num_threads(),
-            width_px: command.size[0],
-            height_px: command.size[1],
-            conditions: conditions(command, scene, &rays.camera, laid.population),
-            laid,
-            warnings: scene.warnings.entries.iter().map(ToString::to_string).collect(),
-        });
-    });
-    mark_front(rows.iter_mut().map(|row| &mut row.laid));
+    let outcome = layouts(accel, &command.plan, &rays.views(), token, &mut |laid| rows.push(rows_of.row(laid)));
+    mark_front(rows.iter_mut().map(|row| &mut row.own));
     (rows, outcome)
-}
-
-fn conditions(command: &LayoutsCommand, scene: &Scene, camera: &Camera, population: Population) -> Conditions {
-    let has_camera = population.kind().is_some();
-    let view = has_camera.then(|| ViewConditions::new(command.camera.place(scene), camera, scene.offset));
-    Conditions::of_process(view, command.settings.simd)
 }

@@ -19,6 +19,7 @@ pub mod exr;
 pub mod merges;
 
 pub mod copies;
+mod cost_rows;
 pub mod layouts;
 pub mod measure;
 mod output;

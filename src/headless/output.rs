@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::context::Failure;
+use super::context::{Failure, ignore_missing_reader};
 use super::picture::note_written;
 use crate::console::{printable_json, printable_lines};
 use crate::export::{Protected, check_target, write_bytes, write_file};
+use crate::lab::cost_row::{CostRow, OwnFields};
 use crate::lab::plot::{Figure, PlotFormat, draw};
 use crate::lab::report_table::{ReportTable, TableFormat};
+use crate::lab::rows::write_costs_csv;
 use crate::text::counted;
 use bvhscope_engine::cancel::CancelToken;
 
@@ -52,7 +54,7 @@ impl Output {
         Ok(())
     }
 
-    /// Whether the rows are printed as CSV.
+    /// True if the rows are printed as CSV.
     pub(super) fn prints_csv(&self) -> bool {
         self.csv.as_deref().is_some_and(|path| path == Path::new(STDOUT))
     }
@@ -117,6 +119,26 @@ impl Output {
             write!(out, "{}", printable_lines(&table.written(self.format)))?;
         }
         Ok(())
+    }
+}
+
+impl Output {
+    /// Writes the files and prints `rows` of what rays cost, where there are any: those that were measured before an early end, too, whose
+    /// `outcome` is returned after both were attempted.
+    pub(super) fn deliver<T: OwnFields>(
+        &self,
+        rows: &[CostRow<T>],
+        tables: impl FnOnce(&[CostRow<T>]) -> Vec<ReportTable>,
+        figure: impl FnOnce(&[CostRow<T>]) -> Result<Figure, String>,
+        read: &Protected,
+        out: &mut dyn Write,
+        outcome: Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let written = if rows.is_empty() { Ok(()) } else { self.write_files(rows, write_costs_csv, figure, read) };
+        let printed = self.print(rows, write_costs_csv, tables, out);
+        written?;
+        outcome?;
+        Ok(ignore_missing_reader(printed)?)
     }
 }
 

@@ -5,32 +5,19 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::conditions::Conditions;
+use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::population::{Population, RayPlan};
 use crate::accel::Accel;
-use crate::catalog::settings::Stated;
+use crate::catalog::fields::copy_columns;
 use crate::scene::SceneCopies;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::{CopyCost, CopyCosts};
 
 /// A part of a scene of copies and what the rays of one population cost in it. Field names are the JSON names.
-#[derive(Debug, Clone, Serialize)]
-pub struct CopyRow {
-    /// The command.
-    pub command: &'static str,
-    /// The model as the user named it.
-    pub model: String,
-    /// Number of triangles of all copies.
-    pub triangles: usize,
-    /// Name of the builder of all trees.
-    pub builder: String,
-    /// The settings of the build.
-    #[serde(flatten)]
-    pub settings: Stated,
-    /// Number of threads.
-    pub threads: usize,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CostInPart {
     /// The rays.
     pub population: Population,
     /// Number of rays.
@@ -41,15 +28,16 @@ pub struct CopyRow {
     /// Its cost.
     #[serde(flatten)]
     pub cost: PartCost,
-    /// Width of the view in pixels.
-    pub width_px: u32,
-    /// Height of the view in pixels.
-    pub height_px: u32,
-    /// Camera, program and machine.
-    #[serde(flatten)]
-    pub conditions: Conditions,
-    /// Warnings of loading the model.
-    pub warnings: Vec<String>,
+}
+
+impl OwnFields for CostInPart {
+    fn columns() -> Vec<&'static str> {
+        copy_columns()
+    }
+
+    fn population(&self) -> Population {
+        self.population
+    }
 }
 
 /// Kind of a part of a scene of copies.
@@ -107,8 +95,7 @@ pub struct PartCost {
 }
 
 /// The cost of the rays of each population in the whole scene, above the copies, in each mesh, and in the `most` copies that take most
-/// tests: calls `row` with the population, the number of rays, the part and its cost, in this order. Populations that were measured before
-/// a cancellation are kept.
+/// tests, in this order. Populations that were measured before a cancellation are kept.
 ///
 /// # Errors
 ///
@@ -118,7 +105,7 @@ pub fn copy_costs(
     rays: &RayPlan,
     most: usize,
     token: &CancelToken,
-    row: &mut dyn FnMut(Population, u64, CopyPart, PartCost),
+    row: &mut dyn FnMut(CostInPart),
 ) -> Result<(), LabError> {
     let Some(copies) = &accel.scene.copies else {
         return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
@@ -130,7 +117,7 @@ pub fn copy_costs(
         let count = rays.list.len() as u32;
         let Some(costs) = accel.copy_costs(count, &rays.ray(), &token)? else { unreachable!("it has copies") };
         for (part, cost) in parts(copies, accel, &costs, most) {
-            row(rays.population, u64::from(count), part, cost);
+            row(CostInPart { population: rays.population, rays: u64::from(count), part, cost });
         }
     }
     Ok(())

@@ -2,15 +2,16 @@
 //! trace. `copies --open`.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::conditions::Conditions;
+use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::measurement::millis;
 use super::population::{ListedRays, Population, RayPlan};
 use crate::accel::{Accel, TwoLevels};
-use crate::catalog::settings::Stated;
+use crate::catalog::fields::form_columns;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::kernel::parallel::par_tasks;
@@ -18,27 +19,13 @@ use bvhscope_engine::tree::traverse::Probe;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::wide::trace::LineProbe;
 use bvhscope_engine::{Instances, Ray, WideBvh};
-use std::time::{Duration, Instant};
 
 /// Rays that one thread traces at a time.
 const RAYS_PER_TASK: usize = 1 << 10;
 
 /// A form of a scene and what the rays of one population cost in it. Field names are the JSON names.
-#[derive(Debug, Clone, Serialize)]
-pub struct FormRow {
-    /// The command.
-    pub command: &'static str,
-    /// The model as the user named it.
-    pub model: String,
-    /// Number of triangles of all copies.
-    pub triangles: usize,
-    /// Name of the builder of all trees.
-    pub builder: String,
-    /// The settings of the build.
-    #[serde(flatten)]
-    pub settings: Stated,
-    /// Number of threads.
-    pub threads: usize,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CostInForm {
     /// The form.
     #[serde(flatten)]
     pub form: Form,
@@ -47,15 +34,16 @@ pub struct FormRow {
     /// Their cost.
     #[serde(flatten)]
     pub cost: FormCost,
-    /// Width of the view in pixels.
-    pub width_px: u32,
-    /// Height of the view in pixels.
-    pub height_px: u32,
-    /// Camera, program and machine.
-    #[serde(flatten)]
-    pub conditions: Conditions,
-    /// Warnings of loading the model.
-    pub warnings: Vec<String>,
+}
+
+impl OwnFields for CostInForm {
+    fn columns() -> Vec<&'static str> {
+        form_columns()
+    }
+
+    fn population(&self) -> Population {
+        self.population
+    }
 }
 
 /// A form of a scene of copies.
@@ -147,7 +135,7 @@ impl Probe for WideCounts<'_> {
 }
 
 /// The cost of the rays of each population in the scene of `accel`, which has two levels, in these forms: as that of `flat`, if it is
-/// given, and with the tree over the copies built anew and opened by each of `open`. Calls `row` with the form, the population and the cost.
+/// given, and with the tree over the copies built anew and opened by each of `open`.
 /// Forms that were measured before a cancellation are kept.
 ///
 /// # Errors
@@ -159,7 +147,7 @@ pub fn copy_forms(
     open: &[f32],
     rays: &RayPlan,
     token: &CancelToken,
-    row: &mut dyn FnMut(Form, Population, FormCost),
+    row: &mut dyn FnMut(CostInForm),
 ) -> Result<(), LabError> {
     let Some(levels) = accel.levels() else {
         return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
@@ -176,7 +164,7 @@ pub fn copy_forms(
                 Some(first) => cost.differing_hits = differing(rays, first, &ended),
                 None => first.push(ended),
             }
-            row(form, rays.population, cost);
+            row(CostInForm { form, population: rays.population, cost });
         }
         Ok(())
     };

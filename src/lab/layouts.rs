@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::conditions::Conditions;
+use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::population::{ListedRays, Population, ViewRays};
 use crate::accel::Accel;
 use crate::budget::Budget;
-use crate::catalog::settings::Stated;
+use crate::catalog::fields::layout_columns;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::layouts::{Collapse, LaidNumbers, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes};
@@ -70,40 +70,7 @@ impl LayoutPlan {
     }
 }
 
-/// One layout and the rays of one population. Field names are the JSON names.
-#[derive(Debug, Clone, Serialize)]
-pub struct LayoutRow {
-    /// The command.
-    pub command: &'static str,
-    /// The model as the user named it.
-    pub model: String,
-    /// Number of triangles of the model.
-    pub triangles: usize,
-    /// Name of the builder of the binary tree.
-    pub builder: String,
-    /// The file that holds the tree, where it was read.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tree: Option<String>,
-    /// The settings of the build.
-    #[serde(flatten)]
-    pub settings: Stated,
-    /// Number of threads.
-    pub threads: usize,
-    /// The layout and what rays cost in it.
-    #[serde(flatten)]
-    pub laid: LaidOut,
-    /// Width and height of the view in pixels.
-    pub width_px: u32,
-    /// Height of the view in pixels.
-    pub height_px: u32,
-    /// Camera, program and machine.
-    #[serde(flatten)]
-    pub conditions: Conditions,
-    /// Warnings of loading the model.
-    pub warnings: Vec<String>,
-}
-
-/// A tree of one layout and the rays of one population.
+/// A tree of one layout and the rays of one population. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LaidOut {
     /// The layout.
@@ -119,6 +86,16 @@ pub struct LaidOut {
     pub rays: RayNumbers,
     /// True if no other layout reads fewer bytes and takes fewer tests by these rays.
     pub on_front: bool,
+}
+
+impl OwnFields for LaidOut {
+    fn columns() -> Vec<&'static str> {
+        layout_columns()
+    }
+
+    fn population(&self) -> Population {
+        self.population
+    }
 }
 
 /// A layout by its names.
@@ -357,15 +334,4 @@ pub fn mark_front<'a>(rows: impl Iterator<Item = &'a mut LaidOut>) {
         let beats = |other: &[f64; 2]| other[0] <= own[0] && other[1] <= own[1] && other != own;
         row.on_front = !costs.iter().any(|(of, other)| of == population && beats(other));
     }
-}
-
-/// The populations of `rows`, in order of first appearance.
-pub fn populations_of(rows: &[LayoutRow]) -> Vec<Population> {
-    let mut all = Vec::new();
-    for row in rows {
-        if !all.contains(&row.laid.population) {
-            all.push(row.laid.population);
-        }
-    }
-    all
 }

@@ -36,6 +36,7 @@ pub mod prediction;
 
 pub mod copy_costs;
 pub mod copy_forms;
+pub mod cost_row;
 pub mod icicle;
 pub mod layouts;
 pub mod merges;

@@ -3,15 +3,12 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 
-use serde::Serialize;
 use serde_json::Value;
 
-use super::copy_costs::CopyRow;
-use super::copy_forms::FormRow;
-use super::layouts::LayoutRow;
+use super::cost_row::{CostRow, OwnFields};
 use super::measurement::Measurement;
 use super::population::Population;
-use crate::catalog::fields::{columns, copy_columns, form_columns, layout_columns};
+use crate::catalog::fields::columns;
 use crate::text::printable;
 
 /// Writes one JSON object per line, as the measuring commands do with `--json`.
@@ -39,30 +36,15 @@ pub fn write_csv(rows: &[Measurement], writer: &mut dyn Write) -> Result<(), Str
     write_records(&names, &rows, writer)
 }
 
-/// [`write_csv`] of the rows of `layouts`.
-pub fn write_layouts_csv(rows: &[LayoutRow], writer: &mut dyn Write) -> Result<(), String> {
-    write_own_csv(rows, &layout_columns(), writer)
-}
-
-/// [`write_csv`] of the rows of `copies`.
-pub fn write_copies_csv(rows: &[CopyRow], writer: &mut dyn Write) -> Result<(), String> {
-    write_own_csv(rows, &copy_columns(), writer)
-}
-
-/// [`write_csv`] of the rows of `copies --open`.
-pub fn write_forms_csv(rows: &[FormRow], writer: &mut dyn Write) -> Result<(), String> {
-    write_own_csv(rows, &form_columns(), writer)
-}
-
-/// Writes those `columns` that a row has.
-fn write_own_csv(rows: &[impl Serialize], columns: &[&str], writer: &mut dyn Write) -> Result<(), String> {
+/// [`write_csv`] of rows of what rays cost: those columns that a row has.
+pub fn write_costs_csv<T: OwnFields>(rows: &[CostRow<T>], writer: &mut dyn Write) -> Result<(), String> {
     let rows: Vec<Value> = rows
         .iter()
         .map(serde_json::to_value)
         .collect::<Result<_, serde_json::Error>>()
         .map_err(|error| error.to_string())?;
-    let is_known = |name: &&&str| rows.iter().any(|row| row.get(**name).is_some());
-    let names: Vec<String> = columns.iter().filter(is_known).map(|name| (*name).to_owned()).collect();
+    let is_known = |name: &&str| rows.iter().any(|row| row.get(*name).is_some());
+    let names: Vec<String> = T::columns().into_iter().filter(is_known).map(str::to_owned).collect();
     write_records(&names, &rows, writer)
 }
 

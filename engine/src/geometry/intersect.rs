@@ -49,6 +49,15 @@ pub struct PairEntry {
     pub hits: u32,
 }
 
+impl PairEntry {
+    /// Of the entry distance of each container, `None` where it is missed.
+    #[inline(always)]
+    pub(crate) fn of([a, b]: [Option<f32>; 2]) -> Self {
+        let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
+        Self { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
+    }
+}
+
 /// A single instruction, unlike `f32::min`, which also handles NaN; that cannot occur here.
 #[inline(always)]
 fn min(a: f32, b: f32) -> f32 {

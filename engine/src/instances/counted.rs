@@ -146,7 +146,7 @@ impl BinaryLevels<'_> {
                 below.primitive_test();
                 let triangle = place.triangle(&triangles[index as usize]);
                 if let Some(hit) = triangle.intersect(&world.ray, &world.shear, world.end::<true>(*found)) {
-                    *found = Some(InstanceHit::new(hit, copy, index).nearer(*found));
+                    *found = Some(InstanceHit::new(copy, hit.of(index)).nearer(*found));
                     if ANY {
                         return ControlFlow::Break(());
                     }

@@ -1,6 +1,6 @@
 //! Hits with copies.
 
-use crate::geometry::{Hit, TriangleHit};
+use crate::geometry::Hit;
 use crate::query::Listed;
 
 /// Where a ray hits a copy of a mesh.
@@ -19,12 +19,8 @@ pub struct InstanceHit {
 }
 
 impl InstanceHit {
-    pub(super) fn new(TriangleHit { t, u, v }: TriangleHit, instance: u32, primitive_index: u32) -> Self {
-        Self { t, instance, primitive_index, u, v }
-    }
-
     /// A hit with a triangle of a copy.
-    pub(super) fn of(instance: u32, Hit { t, primitive_index, u, v }: Hit) -> Self {
+    pub(super) fn new(instance: u32, Hit { t, primitive_index, u, v }: Hit) -> Self {
         Self { t, instance, primitive_index, u, v }
     }
 

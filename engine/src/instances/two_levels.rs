@@ -174,7 +174,7 @@ impl Instances {
             probe.carried(instance);
             let mut flow = ControlFlow::Continue(t_max);
             each_hit_of_copy_with(copy, &world, t_max, probe, &mut |hit, primitive_index| {
-                flow = found(InstanceHit::new(hit, instance, primitive_index));
+                flow = found(InstanceHit::new(instance, hit.of(primitive_index)));
                 flow
             });
             flow
@@ -198,11 +198,11 @@ impl Instances {
             let copy_of = |item| self.copy(item);
             let is_packet = rays.len() >= packet::FEW
                 && packet_copies::closest_hits(Level::new(), top, &copy_of, rays, &mut |index, instance, hit| {
-                    hits[index] = Some(InstanceHit::of(instance, hit));
+                    hits[index] = Some(InstanceHit::new(instance, hit));
                 });
             if !is_packet {
                 let left_out = stream_copies::closest_hits(Level::new(), top, &copy_of, rays, &mut |index, hit| {
-                    hits[index] = hit.map(|(instance, hit)| InstanceHit::of(instance, hit));
+                    hits[index] = hit.map(|(instance, hit)| InstanceHit::new(instance, hit));
                 });
                 for index in left_out {
                     hits[index] = self.closest_hit(&rays[index]);
@@ -256,7 +256,7 @@ impl Instances {
             let Some((instance, copy)) = self.copy(item) else { return ControlFlow::Continue(t_max) };
             let mut flow = ControlFlow::Continue(t_max);
             let mut each = |hit: TriangleHit, primitive_index| {
-                flow = found(InstanceHit::new(hit, instance, primitive_index));
+                flow = found(InstanceHit::new(instance, hit.of(primitive_index)));
                 flow
             };
             each_hit_of_copy(level, copy, &world, t_max, &mut each);

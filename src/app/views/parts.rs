@@ -38,6 +38,16 @@ pub(super) fn presented_tree(ui: &mut Ui, state: &AppState, otherwise: &str) -> 
     shown
 }
 
+/// The rest of the view in two parts beside each other, with `gap` points between them; the left one takes a `share` of the width.
+pub(super) fn beside(ui: &Ui, share: f32, gap: f32) -> [Rect; 2] {
+    let whole = ui.available_rect_before_wrap();
+    let middle = whole.left() + whole.width() * share;
+    [
+        Rect::from_min_max(whole.min, pos2(middle - gap * 0.5, whole.bottom())),
+        Rect::from_min_max(pos2(middle + gap * 0.5, whole.top()), whole.max),
+    ]
+}
+
 /// The name of a file for a plot of the model, without its ending.
 pub(super) fn plot_name(shown: &Presented, what: &str) -> String {
     let label = shown.accel.scene.source.label();

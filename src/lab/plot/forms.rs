@@ -3,13 +3,13 @@
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use super::figure::Figure;
-use crate::lab::copy_forms::FormRow;
-use crate::lab::population::Population;
+use crate::lab::copy_forms::CostInForm;
+use crate::lab::cost_row::{CostRow, by_population};
 use crate::lab::report_table::short;
 use crate::text::counted;
 
 /// A chart for the rays of each population, with a line for the flat scene.
-pub fn form_figure(rows: &[FormRow]) -> Figure {
+pub fn form_figure(rows: &[CostRow<CostInForm>]) -> Figure {
     let mut notes = Vec::new();
     if let Some(row) = rows.first() {
         notes.push(format!(
@@ -18,19 +18,12 @@ pub fn form_figure(rows: &[FormRow]) -> Figure {
             counted(row.triangles as u64, "triangles")
         ));
     }
-    let mut populations: Vec<Population> = Vec::new();
-    for row in rows {
-        if !populations.contains(&row.population) {
-            populations.push(row.population);
-        }
-    }
-    let charts = populations.into_iter().map(|population| {
-        chart(population, &rows.iter().filter(|row| row.population == population).collect::<Vec<_>>())
-    });
+    let of_rays = by_population(rows);
+    let charts = of_rays.iter().map(|rows| chart(rows));
     Figure { charts: charts.collect(), notes }
 }
 
-fn chart(population: Population, rows: &[&FormRow]) -> Chart {
+fn chart(rows: &[&CostInForm]) -> Chart {
     let opened: Vec<[f64; 2]> =
         rows.iter().filter_map(|row| Some([f64::from(row.form.open?), row.cost.visits_per_ray()])).collect();
     let ends = || [opened.first(), opened.last()].into_iter().flatten();
@@ -50,5 +43,5 @@ fn chart(population: Population, rows: &[&FormRow]) -> Chart {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let axes = [Axis::fitted(points().map(|point| point.x)), Axis::linear(points().map(|point| point.y))];
     let labels = ["Parts for each copy".to_owned(), "Nodes and blocks a ray".to_owned()];
-    Chart { title: population.label().to_owned(), labels, axes, curves, rows: Vec::new() }
+    Chart { title: rows[0].population.label().to_owned(), labels, axes, curves, rows: Vec::new() }
 }

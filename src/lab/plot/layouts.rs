@@ -3,12 +3,13 @@
 use super::axis::Axis;
 use super::chart::{Chart, Curve, Look, Point};
 use super::figure::Figure;
-use crate::lab::layouts::{LaidOut, LayoutRow, populations_of};
+use crate::lab::cost_row::{CostRow, by_population};
+use crate::lab::layouts::LaidOut;
 use crate::lab::report_table::short;
 use crate::text::counted;
 
 /// A chart for each population: a dot for each layout, in a colour for each number of children, and a line through those that no other one beats.
-pub fn layout_figure(rows: &[LayoutRow]) -> Figure {
+pub fn layout_figure(rows: &[CostRow<LaidOut>]) -> Figure {
     let mut notes = Vec::new();
     if let Some(row) = rows.first() {
         let triangles = counted(row.triangles as u64, "triangles");
@@ -18,10 +19,8 @@ pub fn layout_figure(rows: &[LayoutRow]) -> Figure {
             short(&row.model)
         ));
     }
-    let charts = populations_of(rows).into_iter().map(|population| {
-        let laid = rows.iter().map(|row| &row.laid).filter(|laid| laid.population == population);
-        layout_chart(population.label(), &laid.collect::<Vec<_>>())
-    });
+    let of_rays = by_population(rows);
+    let charts = of_rays.iter().map(|rows| layout_chart(rows[0].population.label(), rows));
     Figure { charts: charts.collect(), notes }
 }
 

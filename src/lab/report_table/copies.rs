@@ -2,13 +2,14 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
-use crate::lab::copy_costs::{CopyRow, PartKind};
+use crate::lab::copy_costs::{CostInPart, PartKind};
+use crate::lab::cost_row::{CostRow, by_population};
 use crate::text::{count, counted};
 
 /// The tables of the rows of one model.
-pub fn copy_tables(rows: &[CopyRow]) -> Vec<ReportTable> {
-    let of_populations = rows.chunk_by(|a, b| a.population == b.population);
-    of_populations.flat_map(|rows| [meshes(rows), copies(rows)]).collect()
+pub fn copy_tables(rows: &[CostRow<CostInPart>]) -> Vec<ReportTable> {
+    let model = rows.first().map_or_else(String::new, |row| short(&row.model));
+    by_population(rows).iter().flat_map(|rows| [meshes(&model, rows), copies(rows)]).collect()
 }
 
 /// Number of meshes that the table names.
@@ -17,7 +18,7 @@ const COSTS: [(&str, &str); 5] =
     [("entered", "a ray"), ("wasted", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
 
 /// The costs of a row, as [`COSTS`] names them.
-fn costs(row: &CopyRow) -> [String; 5] {
+fn costs(row: &CostInPart) -> [String; 5] {
     let percent = |part: Option<f64>| part.map_or_else(String::new, |part| format!("{:.1}", part * 100.0));
     let cost = &row.cost;
     let entered = if row.part.part == PartKind::Above { String::new() } else { number(cost.entered_per_ray) };
@@ -31,17 +32,17 @@ fn costs(row: &CopyRow) -> [String; 5] {
 }
 
 /// The whole scene, the tree over the copies, and each mesh.
-fn meshes(rows: &[CopyRow]) -> ReportTable {
+fn meshes(model: &str, rows: &[&CostInPart]) -> ReportTable {
     let columns: Vec<(&str, &str)> =
         [("part", ""), ("copies", ""), ("a copy", "triangles")].into_iter().chain(COSTS).collect();
     let title = rows.first().map_or_else(String::new, |row| {
-        format!("Copies of {}, {}: {}", short(&row.model), row.population.label(), counted(row.rays, "rays"))
+        format!("Copies of {model}, {}: {}", row.population.label(), counted(row.rays, "rays"))
     });
     let mut table = ReportTable::new(title, &columns);
-    let (named, others): (Vec<&CopyRow>, Vec<&CopyRow>) = {
+    let (named, others): (Vec<&CostInPart>, Vec<&CostInPart>) = {
         // The dearest come first.
         let mut meshes = 0;
-        rows.iter().filter(|row| row.part.part != PartKind::Copy).partition(|row| {
+        rows.iter().copied().filter(|row| row.part.part != PartKind::Copy).partition(|row| {
             meshes += usize::from(row.part.part == PartKind::Mesh);
             row.part.part != PartKind::Mesh || meshes <= MOST_MESHES && row.cost.entered_per_ray > 0.0
         })
@@ -69,10 +70,10 @@ fn meshes(rows: &[CopyRow]) -> ReportTable {
 }
 
 /// The copies that take most tests.
-fn copies(rows: &[CopyRow]) -> ReportTable {
+fn copies(rows: &[&CostInPart]) -> ReportTable {
     let columns: Vec<(&str, &str)> =
         [("copy", ""), ("mesh", ""), ("x", ""), ("y", ""), ("z", "")].into_iter().chain(COSTS).collect();
-    let dearest: Vec<&CopyRow> = rows.iter().filter(|row| row.part.part == PartKind::Copy).collect();
+    let dearest: Vec<&CostInPart> = rows.iter().copied().filter(|row| row.part.part == PartKind::Copy).collect();
     let title = match dearest.len() {
         0 => "No ray is carried into a copy".to_owned(),
         some => format!("The {} with most tests", counted(some as u64, "copies")),

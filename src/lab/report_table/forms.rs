@@ -2,20 +2,19 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
-use crate::lab::copy_forms::FormRow;
+use crate::lab::copy_forms::CostInForm;
+use crate::lab::cost_row::{CostRow, by_population};
 use crate::text::{count, counted};
 
 /// The tables of the rows of one model, one for the rays of each population.
-pub fn form_tables(rows: &[FormRow]) -> Vec<ReportTable> {
-    let mut populations = Vec::new();
-    for row in rows.iter().filter(|row| row.form == rows[0].form) {
-        populations.push(row.population);
-    }
-    let of = |population| rows.iter().filter(|row| row.population == population).collect::<Vec<_>>();
-    populations.into_iter().map(|population| forms(&of(population))).collect()
+pub fn form_tables(rows: &[CostRow<CostInForm>]) -> Vec<ReportTable> {
+    let scene = rows.first().map_or_else(String::new, |row| {
+        format!("{} with {}", short(&row.model), counted(row.triangles as u64, "triangles"))
+    });
+    by_population(rows).iter().map(|rows| forms(&scene, rows)).collect()
 }
 
-fn forms(rows: &[&FormRow]) -> ReportTable {
+fn forms(scene: &str, rows: &[&CostInForm]) -> ReportTable {
     let columns = [
         ("form", ""),
         ("parts", ""),
@@ -27,13 +26,7 @@ fn forms(rows: &[&FormRow]) -> ReportTable {
         ("lines of 64", "a ray"),
     ];
     let title = rows.first().map_or_else(String::new, |row| {
-        let rays = counted(row.cost.rays, "rays");
-        format!(
-            "{} with {}, {}: {rays}",
-            short(&row.model),
-            counted(row.triangles as u64, "triangles"),
-            row.population.label()
-        )
+        format!("{scene}, {}: {}", row.population.label(), counted(row.cost.rays, "rays"))
     });
     let mut table = ReportTable::new(title, &columns);
     for row in rows {

@@ -2,21 +2,18 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
-use crate::lab::layouts::{LaidOut, LayoutRow, NamedLayout, populations_of};
+use crate::lab::cost_row::{CostRow, by_population};
+use crate::lab::layouts::{LaidOut, NamedLayout};
 use crate::text::{count, counted};
 
 /// The tables of the rows of one model.
-pub fn layout_tables(rows: &[LayoutRow]) -> Vec<ReportTable> {
-    let mut tables = vec![trees(rows)];
-    for population in populations_of(rows) {
-        let laid = rows.iter().map(|row| &row.laid).filter(|laid| laid.population == population);
-        tables.push(layout_costs(&laid.collect::<Vec<_>>()));
-    }
-    tables
+pub fn layout_tables(rows: &[CostRow<LaidOut>]) -> Vec<ReportTable> {
+    let of_rays = by_population(rows);
+    std::iter::once(trees(rows)).chain(of_rays.iter().map(|rows| layout_costs(rows))).collect()
 }
 
 /// The trees, a row each.
-fn trees(rows: &[LayoutRow]) -> ReportTable {
+fn trees(rows: &[CostRow<LaidOut>]) -> ReportTable {
     let columns = [
         ("layout", ""),
         ("nodes", ""),
@@ -34,7 +31,7 @@ fn trees(rows: &[LayoutRow]) -> ReportTable {
     );
     let mut table = ReportTable::new(title, &columns);
     let mut known: Vec<NamedLayout> = Vec::new();
-    for row in rows.iter().map(|row| &row.laid) {
+    for row in rows.iter().map(|row| &row.own) {
         if known.contains(&row.layout) {
             continue;
         }

@@ -126,16 +126,14 @@ pub trait Container: Copy + Send + Sync + PartialEq + std::fmt::Debug + 'static 
         t_min: f32,
         t_max: f32,
     ) -> PairEntry {
-        let [a, b] = [pair[0].entry(ray, part, t_min, t_max), pair[1].entry(ray, part, t_min, t_max)];
-        let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
-        PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
+        PairEntry::of([pair[0].entry(ray, part, t_min, t_max), pair[1].entry(ray, part, t_min, t_max)])
     }
     /// Square of a distance, in world units, that nothing inside is nearer to `point` than, but for the rounding of a few operations:
     /// 0 inside, infinite for the empty container.
     fn distance_squared(&self, point: Vec3) -> f32;
     /// The smallest box around it; of an oriented box, around what it encloses.
     fn bounds(&self) -> Aabb;
-    /// Whether `point` lies inside, within `slack` in world units.
+    /// True if `point` lies inside, within `slack` in world units.
     fn contains_point(&self, point: Vec3, slack: f32) -> bool;
     /// True if `other` lies inside, within `slack` in world units; for oriented boxes, if its contents may.
     fn contains(&self, other: &Self, slack: f32) -> bool;

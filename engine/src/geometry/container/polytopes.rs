@@ -71,9 +71,7 @@ impl Container for Dop14 {
         t_min: f32,
         t_max: f32,
     ) -> PairEntry {
-        let [a, b] = [pair[0].entry_inlined(ray, part, t_min, t_max), pair[1].entry_inlined(ray, part, t_min, t_max)];
-        let hits = u32::from(a.is_some()) | u32::from(b.is_some()) << 1;
-        PairEntry { entry: [a.unwrap_or(f32::INFINITY), b.unwrap_or(f32::INFINITY)], hits }
+        PairEntry::of([pair[0].entry_inlined(ray, part, t_min, t_max), pair[1].entry_inlined(ray, part, t_min, t_max)])
     }
 
     /// Of the largest distance to the box and to the planes along the diagonals.

@@ -75,9 +75,9 @@ fn trace<S: Simd, const ANY: bool, const RAYS: usize, const WORDS: usize>(
     let mut left_out = Vec::new();
     for (chunk, rays) in rays.chunks(RAYS).enumerate() {
         let first = chunk * RAYS;
-        levels.above.start::<S, Aabb, ANY>(simd, top.root.unwrap_or(Child::ROOT), 0, rays);
-        if top.root.is_none() {
-            levels.above.active = 0;
+        // Without copies nothing is hit.
+        if let Some(root) = top.root {
+            levels.above.start::<S, Aabb, ANY>(simd, root, 0, rays);
         }
         while let Some((child, set)) = levels.above.next::<S, ANY>(simd) {
             if levels.above.top > STACK {

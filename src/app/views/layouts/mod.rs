@@ -4,7 +4,7 @@ mod plot;
 
 use std::sync::Arc;
 
-use egui::{self, Align, Key, Layout, Rect, ScrollArea, Ui, UiBuilder, pos2};
+use egui::{self, Align, Key, Layout, ScrollArea, Ui, UiBuilder};
 use serde::{Deserialize, Serialize};
 
 use super::parts;
@@ -56,6 +56,8 @@ const LEAVES: [(u32, &str, &str); 6] = [
 
 /// Part of the width that the table takes.
 const TABLE: f32 = 0.62;
+/// Gap between table and plot in points.
+const GAP: f32 = 12.0;
 
 /// The inputs of a measurement.
 #[derive(Debug, Clone, PartialEq)]
@@ -201,15 +203,12 @@ fn chips<T: Copy + PartialEq>(ui: &mut Ui, label: &str, tip: &str, all: &[(T, &s
 
 /// The table on the left, and the plot beside it.
 fn body(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
-    let whole = ui.available_rect_before_wrap();
-    let middle = whole.left() + whole.width() * TABLE;
-    let left = Rect::from_min_max(whole.min, pos2(middle - 6.0, whole.bottom()));
-    let right = Rect::from_min_max(pos2(middle + 6.0, whole.top()), whole.max);
+    let [left, right] = parts::beside(ui, TABLE, GAP);
     ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
         ScrollArea::both().id_salt("layouts").auto_shrink(false).show(ui, |ui| costs(ui, state, rows));
     });
     ui.scope_builder(UiBuilder::new().max_rect(right), |ui| plot::show(ui, rows));
-    ui.advance_cursor_after_rect(whole);
+    ui.advance_cursor_after_rect(left.union(right));
 }
 
 /// The table of `layouts`.

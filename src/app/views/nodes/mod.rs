@@ -40,10 +40,8 @@ impl View for NodesView {
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
         let Some(shown) = parts::presented(ui, state, "Open a model to see the nodes of its tree") else { return };
-        let whole = ui.available_rect_before_wrap();
-        let split = whole.left() + whole.width() * OUTLINE_SHARE;
-        let left = Rect::from_min_max(whole.min, pos2(split - GAP * 0.5, whole.bottom()));
-        let right = Rect::from_min_max(pos2(split + GAP * 0.5, whole.top()), whole.max);
+        let [left, right] = parts::beside(ui, OUTLINE_SHARE, GAP);
+        let (whole, split) = (left.union(right), (left.right() + right.left()) * 0.5);
         ui.painter().vline(split, whole.y_range(), ui.visuals().widgets.noninteractive.bg_stroke);
         ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
             ui.horizontal(|ui| {
