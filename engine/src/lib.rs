@@ -99,7 +99,10 @@ pub use bvh::{BinaryBvh, BuildReport, Bvh, ItemBvh, ItemHit, WideBvh, build};
 pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Placement, Ray, Sphere, Triangle};
 pub use glam;
-pub use instances::{BinaryLevels, Copies, CopyCost, CopyCosts, InstanceHit, Instances, MeshCopies, Placed};
+pub use instances::{
+    BinaryLevels, Copies, CopyCost, CopyCosts, InstanceHit, Instances, LevelNode, MeshCopies, Placed, UnfoldedCopy,
+    UnfoldedTree,
+};
 pub use kernel::SimdLevel;
 pub use optimize::orient;
 pub use query::ClosestPoint;

@@ -151,6 +151,26 @@ impl Placement {
         Aabb { min: sides.map(|side| side[0]).into(), max: sides.map(|side| side[1]).into() }
     }
 
+    /// The directions across the planes of a box of the mesh in the world, with coordinates from -1 to 1, and between which dot products with
+    /// each of them what [`Placement::point`] makes of its points lies, up to rounding.
+    pub(crate) fn planes(&self, bounds: &Aabb) -> ([[f32; 3]; 3], [[f64; 2]; 3]) {
+        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        let (matrix, [x, y, z]) = (self.matrix(), self.rows.map(|row| f64::from(row[3])));
+        let across = |inverse: [f32; 3]| {
+            let normal = Vec3::from_array(inverse).as_dvec3();
+            (normal / normal.abs().max_element()).as_vec3()
+        };
+        let planes = self.inverse.map(across);
+        let interval = |normal: Vec3| {
+            // Rounded, it is not quite perpendicular to the other two axes of the mesh.
+            let normal = normal.as_dvec3();
+            let (along, offset) = (matrix.transpose() * normal, normal.dot(DVec3::new(x, y, z)));
+            let (low, high) = ((along * min).min(along * max), (along * min).max(along * max));
+            [offset + low.element_sum(), offset + high.element_sum()]
+        };
+        (planes.map(|plane| plane.to_array()), planes.map(interval))
+    }
+
     /// The factors of the coordinates.
     fn matrix(&self) -> DMat3 {
         let [x, y, z] = self.rows.map(|[x, y, z, _]| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
@@ -238,6 +258,12 @@ impl CarriedRay {
     #[inline(always)]
     pub(crate) fn distance(&self, distance: f32) -> f32 {
         (distance * self.per_distance).next_up()
+    }
+
+    /// A distance along this ray, along the one that was carried.
+    #[inline(always)]
+    pub(crate) fn distance_in_world(&self, distance: f32) -> f32 {
+        distance / self.per_distance
     }
 }
 

@@ -50,7 +50,7 @@ impl BinaryLevels<'_> {
         ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
         token: &CancelToken,
     ) -> Result<CopyCosts, Cancelled> {
-        let count = self.copies.copies().len();
+        let (count, levels) = (self.copies.copies().len(), BinaryLevels { unfolded: None, ..*self });
         let sums = par_collect(count, token, |_| [const { AtomicU64::new(0) }; 4])?;
         let done = AtomicU64::new(0);
         let of_tasks = par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
@@ -60,7 +60,7 @@ impl BinaryLevels<'_> {
             for index in first..first + rays {
                 let (ray, query, weight) = ray(index);
                 if weight > 0 {
-                    let hit = self.query(&ray, query, &mut log);
+                    let hit = levels.query(&ray, query, &mut log);
                     let of_ray = [1, u64::from(hit.is_some()), log.counts.containers - log.below().containers];
                     log.add_to(&sums, hit, u64::from(weight));
                     totals.iter_mut().zip(of_ray).for_each(|(total, of_ray)| *total += of_ray * u64::from(weight));

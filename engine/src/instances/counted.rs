@@ -6,12 +6,13 @@ use glam::Vec3;
 
 use super::copies::{MeshCopies, PlacedMesh};
 use super::hit::InstanceHit;
+use super::unfolded::{Numbers, UnfoldedTree};
 use crate::cancel::{CancelToken, Cancelled};
-use crate::geometry::{Aabb, Container as _, PreparedRay, Ray, Shear, Triangle};
+use crate::geometry::{Aabb, CarriedRay, Container as _, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::simd::baseline;
 use crate::query::{ClosestPoint, NearestPoint, each_near_leaf};
 use crate::tree::Tree;
-use crate::tree::traverse::{NoProbe, Observer, Probe, StackEntry, Traversal, walk, with_stack};
+use crate::tree::traverse::{NoProbe, Observer, Probe, RayEvent, StackEntry, Traversal, walk, with_stack};
 use crate::tree::visits::{RayQuery, Visits, count_visits};
 
 /// The trees of both levels: of boxes around the copies, and of the meshes.
@@ -23,6 +24,8 @@ pub struct BinaryLevels<'a> {
     pub top: &'a Tree<Aabb>,
     /// The triangles that the tree of each mesh was built from.
     pub triangles: &'a [&'a [Triangle]],
+    /// The tree whose nodes and primitives probes are told of, where trees of meshes are unfolded below `top`.
+    pub unfolded: Option<&'a UnfoldedTree>,
 }
 
 /// A ray in the world, as triangles are tested with it.
@@ -49,9 +52,77 @@ impl<P: Probe> Probe for Below<'_, P> {
     }
 }
 
+/// A probe of the tree of a mesh.
+trait ProbeBelow: Probe {
+    /// Distances are those of this ray from now on.
+    fn carried_as(&mut self, ray: CarriedRay);
+}
+
+impl<P: Probe> ProbeBelow for Below<'_, P> {
+    fn carried_as(&mut self, _: CarriedRay) {}
+}
+
+impl<P: Probe> ProbeBelow for Numbered<'_, P> {
+    fn carried_as(&mut self, ray: CarriedRay) {
+        self.carried = Some(ray);
+    }
+}
+
+/// A probe that is told of the nodes of an unfolded tree.
+struct Numbered<'a, P> {
+    probe: &'a mut P,
+    /// The numbers of the nodes; `None` where they have their own.
+    nodes: Option<&'a [u32]>,
+    /// The number of the first primitive.
+    first: u32,
+    carried: Option<CarriedRay>,
+}
+
+impl<P: Probe> Numbered<'_, P> {
+    #[inline(always)]
+    fn node(&self, node: u32) -> u32 {
+        self.nodes.map_or(node, |nodes| nodes[node as usize])
+    }
+
+    #[inline(always)]
+    fn distance(&self, distance: f32) -> f32 {
+        self.carried.map_or(distance, |carried| carried.distance_in_world(distance))
+    }
+}
+
+impl<P: Probe> Probe for Numbered<'_, P> {
+    const EVENTS: bool = P::EVENTS;
+
+    #[inline(always)]
+    fn container_test(&mut self) {
+        self.probe.container_test();
+    }
+    #[inline(always)]
+    fn primitive_test(&mut self) {
+        self.probe.primitive_test();
+    }
+    #[inline(always)]
+    fn visited(&mut self, node: u32) {
+        self.probe.visited(self.node(node));
+    }
+    #[inline(always)]
+    fn event(&mut self, event: RayEvent) {
+        match event {
+            RayEvent::Visit { node } => self.probe.visited(self.node(node)),
+            RayEvent::Enter { node, t } => self.probe.entered(self.node(node), self.distance(t)),
+            RayEvent::Miss { node } => self.probe.missed(self.node(node)),
+            RayEvent::Cull { node, t } => self.probe.culled(self.node(node), self.distance(t)),
+            RayEvent::Push { node } => self.probe.pushed(self.node(node)),
+            RayEvent::Pop { node } => self.probe.popped(self.node(node)),
+            RayEvent::Triangle { index, t } => self.probe.tested(self.first + index, t),
+            RayEvent::Nearer { t } => self.probe.nearer(t),
+        }
+    }
+}
+
 impl BinaryLevels<'_> {
     /// The nearest hit of `ray`, that of [`Instances::closest_hit`](super::Instances::closest_hit). `probe` gets the tests of both levels,
-    /// and of the upper one visits and events.
+    /// and visits and events of the upper one and of unfolded copies.
     pub fn closest_hit<P: Probe>(&self, ray: &Ray, traversal: Traversal, probe: &mut P) -> Option<InstanceHit> {
         self.observed(ray, RayQuery::ClosestHit(traversal), probe)
     }
@@ -70,7 +141,7 @@ impl BinaryLevels<'_> {
         }
     }
 
-    /// The visits of the nodes of the tree over the copies by rays, see
+    /// The visits of the nodes of the tree over the copies by rays, or of the unfolded one, see
     /// [`measure_weighted_visits`](crate::tree::visits::measure_weighted_visits).
     pub fn measure_weighted_visits(
         &self,
@@ -78,7 +149,8 @@ impl BinaryLevels<'_> {
         ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
         token: &CancelToken,
     ) -> Result<Visits, Cancelled> {
-        count_visits(self.top.nodes.len(), ray_count, ray, token, |ray, query, counter| {
+        let nodes = self.unfolded.map_or(self.top.nodes.len(), |unfolded| unfolded.tree.nodes.len());
+        count_visits(nodes, ray_count, ray, token, |ray, query, counter| {
             self.query(ray, query, counter);
         })
     }
@@ -107,15 +179,24 @@ impl BinaryLevels<'_> {
     ) -> Option<InstanceHit> {
         let world = World { ray: PreparedRay::new(*ray), shear: Shear::new(ray.direction) };
         let mut found: Option<InstanceHit> = None;
-        walk::<_, Aabb, P, ORDERED, ANY>(baseline(), self.top, &world.ray, stack, probe, |slots, _, probe| {
+        let mut above = Numbered { probe, nodes: self.unfolded.map(UnfoldedTree::above), first: 0, carried: None };
+        walk::<_, Aabb, _, ORDERED, ANY>(baseline(), self.top, &world.ray, stack, &mut above, |slots, _, above| {
             for &copy in &self.top.primitive_indices[slots] {
                 let before = found;
-                self.trace_copy::<P, ORDERED, ANY>(copy, &world, stack_below, probe, &mut found);
-                let nearer = found.filter(|_| found != before);
-                if P::EVENTS {
-                    probe.tested(copy, nearer.map(|hit| hit.t));
+                let numbers = self.unfolded.and_then(|unfolded| unfolded.below(copy));
+                above.probe.carried(copy);
+                if let Some(Numbers { nodes, first }) = numbers {
+                    let probe = Numbered { probe: &mut *above.probe, nodes: Some(nodes), first, carried: None };
+                    self.trace_copy::<_, ORDERED, ANY>(copy, &world, stack_below, probe, &mut found);
+                } else {
+                    let probe = Below(&mut *above.probe);
+                    self.trace_copy::<_, ORDERED, ANY>(copy, &world, stack_below, probe, &mut found);
+                }
+                if P::EVENTS && numbers.is_none() {
+                    let nearer = found.filter(|_| found != before);
+                    above.tested(copy, nearer.map(|hit| hit.t));
                     if let Some(hit) = nearer {
-                        probe.nearer(hit.t);
+                        above.nearer(hit.t);
                     }
                 }
                 if ANY && found.is_some() {
@@ -128,25 +209,31 @@ impl BinaryLevels<'_> {
     }
 
     /// Replaces `found` by the nearest hit with `copy` where that is nearer, or by any.
-    fn trace_copy<P: Probe, const ORDERED: bool, const ANY: bool>(
+    fn trace_copy<P: ProbeBelow, const ORDERED: bool, const ANY: bool>(
         &self,
         copy: u32,
         world: &World,
         stack: &mut [StackEntry],
-        probe: &mut P,
+        mut probe: P,
         found: &mut Option<InstanceHit>,
     ) {
         let PlacedMesh { mesh, place } = self.copies.placed(copy);
         let (tree, triangles) = (self.copies.binary_tree(*mesh), self.triangles[*mesh as usize]);
-        probe.carried(copy);
         let carried = place.carry(&Ray { t_max: world.end::<ORDERED>(*found), ..world.ray.ray });
-        let mut below = Below(probe);
-        let mut test = |slots: Range<usize>, below: &mut Below<'_, P>| {
+        let mut test = |slots: Range<usize>, probe: &mut P| {
             for &index in &tree.primitive_indices[slots] {
-                below.primitive_test();
+                probe.primitive_test();
                 let triangle = place.triangle(&triangles[index as usize]);
-                if let Some(hit) = triangle.intersect(&world.ray, &world.shear, world.end::<true>(*found)) {
-                    *found = Some(InstanceHit::new(copy, hit.of(index)).nearer(*found));
+                let hit = triangle.intersect(&world.ray, &world.shear, world.end::<true>(*found));
+                if P::EVENTS {
+                    probe.tested(index, hit.map(|hit| hit.t));
+                }
+                if let Some(hit) = hit {
+                    let before = *found;
+                    *found = Some(InstanceHit::new(copy, hit.of(index)).nearer(before));
+                    if P::EVENTS && *found != before {
+                        probe.nearer(hit.t);
+                    }
                     if ANY {
                         return ControlFlow::Break(());
                     }
@@ -156,12 +243,13 @@ impl BinaryLevels<'_> {
         };
         let Some(carried) = carried else {
             // Its coordinates would leave the range of single precision: every triangle is tested, as by the wide tree.
-            let _ = test(0..tree.primitive_indices.len(), &mut below);
+            let _ = test(0..tree.primitive_indices.len(), &mut probe);
             return;
         };
+        probe.carried_as(carried);
         let ray = PreparedRay::widened(carried.ray, carried.widening.into());
-        walk::<_, Aabb, _, ORDERED, ANY>(baseline(), tree, &ray, stack, &mut below, |slots, _, below| {
-            test(slots, below).map_continue(|end| carried.distance(end))
+        walk::<_, Aabb, _, ORDERED, ANY>(baseline(), tree, &ray, stack, &mut probe, |slots, _, probe| {
+            test(slots, probe).map_continue(|end| carried.distance(end))
         });
     }
 

@@ -7,9 +7,11 @@ mod costs;
 mod counted;
 mod hit;
 mod two_levels;
+mod unfolded;
 
 pub use copies::{Copies, MeshCopies, Placed};
 pub use costs::{CopyCost, CopyCosts};
 pub use counted::BinaryLevels;
 pub use hit::InstanceHit;
 pub use two_levels::Instances;
+pub use unfolded::{LevelNode, UnfoldedCopy, UnfoldedTree};

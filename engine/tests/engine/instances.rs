@@ -1,15 +1,17 @@
 //! Copies of meshes: the very hits of the flat scene.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use bvhscope_engine::geometry::{Aabb, Ray, Triangle};
+use bvhscope_engine::geometry::{Aabb, OrientedBox, Ray, Triangle};
 use bvhscope_engine::settings::{BuildSettings, Pass, Preset};
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
+use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::{
     AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, CopyCost, Hit, InstanceHit, Instances, ItemBvh,
-    Placed, WideBvh, build,
+    LevelNode, Placed, UnfoldedCopy, UnfoldedTree, WideBvh, build,
 };
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
@@ -167,7 +169,7 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
     instances.any_hits(&rays, &mut blocked);
     let (over, top) = over_own_boxes(&instances, &triangles, &of);
     let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
-    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists };
+    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists, unfolded: None };
     for (index, ray) in rays.iter().enumerate() {
         let expected = bvh.closest_hit(ray).map(|hit| same(&hit));
         assert_eq!(levels.any_hit(ray, &mut NoProbe), expected.is_some(), "{name}, {ray:?}");
@@ -354,6 +356,198 @@ impl Probe for Carried {
     }
 }
 
+/// The box along the axes of each node, and of the first of them that stand for it.
+fn boxes_of(tree: &Tree<OrientedBox>) -> Vec<Aabb> {
+    tree.nodes.iter().map(|node| node.container.bounds).collect()
+}
+
+/// Counts what it is told of nodes: visits by node, those of meshes that are not unfolded, and containers that are entered or missed.
+#[derive(Default)]
+struct Told {
+    visits: HashMap<u32, u32>,
+    below: u32,
+    tested: u64,
+    primitives: Vec<(u32, Option<f32>)>,
+    counts: TestCounts,
+    /// The smallest distance that an entered container of each node was told to begin at.
+    entered: HashMap<u32, f32>,
+}
+
+impl Probe for Told {
+    const EVENTS: bool = true;
+
+    fn container_test(&mut self) {
+        self.counts.containers += 1;
+    }
+    fn primitive_test(&mut self) {
+        self.counts.primitives += 1;
+    }
+    fn visited(&mut self, node: u32) {
+        *self.visits.entry(node).or_default() += 1;
+    }
+    fn visited_below(&mut self) {
+        self.below += 1;
+    }
+    fn entered(&mut self, node: u32, t: f32) {
+        self.tested += 1;
+        self.entered.insert(node, t);
+    }
+    fn missed(&mut self, _: u32) {
+        self.tested += 1;
+    }
+    fn tested(&mut self, primitive: u32, t: Option<f32>) {
+        self.primitives.push((primitive, t));
+    }
+}
+
+/// A tree over copies of two meshes, a ball and a soup, and what they consist of.
+struct TwoLevels {
+    meshes: [Mesh; 2],
+    instances: Instances,
+    triangles: Vec<Triangle>,
+    of: Vec<(u32, u32)>,
+    top: Tree<Aabb>,
+}
+
+fn two_levels(count: usize, scale: f32, settings: &BuildSettings, random: &mut Random) -> TwoLevels {
+    let meshes = [mesh(trees::ball(Vec3::ZERO, 1.0, 9), settings), mesh(trees::soup(60, 0.7, 5), settings)];
+    let copy = |index: usize| Placed {
+        mesh: (index % 2) as u32,
+        transform: Affine3A {
+            matrix3: matrix(random, index, scale),
+            translation: (random.vector() * 4.0 * scale).into(),
+        },
+    };
+    let copies: Vec<Placed> = (0..count).map(copy).collect();
+    let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
+    let instances = Instances::build(trees, &copies, settings, 1.0, &CancelToken::new()).unwrap();
+    let (triangles, of) = flat(&meshes, &copies, &instances);
+    let (_, top) = over_own_boxes(&instances, &triangles, &of);
+    TwoLevels { meshes, instances, triangles, of, top }
+}
+
+#[test]
+fn all_copies_unfolded_are_a_tree_of_the_flat_scene() {
+    let (mut random, token) = (Random(57), CancelToken::new());
+    // Leaves of one copy, and of several.
+    for settings in [BuildSettings::default(), BuildSettings::preset(Preset::Best, ContainerKind::Aabb)] {
+        let scene = two_levels(40, 0.7, &settings, &mut random);
+        let copies = scene.instances.copies();
+        let first = |copy: u32| scene.of.iter().position(|of| *of == (copy, 0)).unwrap() as u32;
+        let all: Vec<UnfoldedCopy> = (0..40).map(|copy| UnfoldedCopy { copy, first: first(copy) }).collect();
+        let unfolded = UnfoldedTree::new(copies, &scene.top, &all, &token).unwrap();
+        assert_eq!(unfolded.copies(), all);
+        let depths = scene.meshes.iter().map(|mesh| mesh.tree.tree().max_depth()).max().unwrap();
+        assert!(unfolded.tree.max_depth > scene.top.max_depth.max(depths));
+        let tree = AnyTree::Oriented(unfolded.tree);
+        validate(&tree, &scene.triangles).unwrap();
+        let leaf_triangles = tree.leaf_triangles(&scene.triangles, &token).unwrap();
+        for ray in rays(&scene.triangles, 2000, &mut random) {
+            let hit = tree.closest_hit(&leaf_triangles, &ray, Traversal::Ordered, &mut NoProbe);
+            assert_eq!(hit.map(|hit| of_copy(&scene.of, &hit)), scene.instances.closest_hit(&ray), "{ray:?}");
+        }
+    }
+}
+
+#[test]
+fn unfolded_nodes_stand_for_those_of_both_levels() {
+    // So small that rays are carried by powers of two.
+    for scale in [0.7, 1e-8] {
+        check_unfolded(scale);
+    }
+}
+
+fn check_unfolded(scale: f32) {
+    let (mut random, token, settings) = (Random(58), CancelToken::new(), BuildSettings::default());
+    let scene = two_levels(30, scale, &settings, &mut random);
+    let copies = scene.instances.copies();
+    // Every third, whose triangles follow the copies.
+    let mut next = 30;
+    let mut unfold = |copy: u32| {
+        let first = next;
+        next += scene.meshes[copies.copies().mesh(copy) as usize].triangles.len() as u32;
+        UnfoldedCopy { copy, first }
+    };
+    let some: Vec<UnfoldedCopy> = (0..30).step_by(3).map(&mut unfold).collect();
+    let unfolded = UnfoldedTree::new(copies, &scene.top, &some, &token).unwrap();
+    let nothing = UnfoldedTree::new(copies, &scene.top, &[], &token).unwrap();
+    assert_eq!(boxes_of(&nothing.tree), in_order(&scene.top));
+    let mut primitives = unfolded.tree.primitive_indices.clone();
+    primitives.sort_unstable();
+    assert!(primitives.into_iter().eq((0..next).filter(|primitive| *primitive >= 30 || primitive % 3 != 0)));
+    // Each node of both levels once; of leaves in which some copies are unfolded, once more.
+    let mesh_nodes = |copy: &UnfoldedCopy| {
+        let AnyTree::Aabb(tree) = scene.meshes[copies.copies().mesh(copy.copy) as usize].tree.tree() else { panic!() };
+        tree.nodes.len()
+    };
+    let wanted = scene.top.nodes.len() + some.iter().map(mesh_nodes).sum::<usize>();
+    let distinct: HashSet<_> = unfolded.origins.iter().map(|origin| format!("{origin:?}")).collect();
+    assert_eq!((distinct.len(), unfolded.origins.len()), (wanted, unfolded.tree.nodes.len()));
+    let of_node = |node: u32| unfolded.origins[node as usize];
+    let lists: Vec<&[Triangle]> = scene.meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
+    let folded = BinaryLevels { copies, top: &scene.top, triangles: &lists, unfolded: None };
+    let levels = BinaryLevels { unfolded: Some(&unfolded), ..folded };
+    let mut entered = 0;
+    for ray in rays(&scene.triangles, 1000, &mut random) {
+        for traversal in Traversal::ALL {
+            let [mut told, mut before] = [Told::default(), Told::default()];
+            let hit = levels.closest_hit(&ray, traversal, &mut told);
+            assert_eq!(hit, folded.closest_hit(&ray, traversal, &mut before), "{ray:?}");
+            assert_eq!(told.counts, before.counts, "{ray:?}");
+            // The same visits, whoever is told of them.
+            let sum = |told: &Told| told.visits.values().sum::<u32>() + told.below;
+            assert_eq!(sum(&told), sum(&before), "{ray:?}");
+            for (node, visits) in &told.visits {
+                match of_node(*node) {
+                    LevelNode::Above { node } => assert_eq!(before.visits.get(&node), Some(visits), "{ray:?}"),
+                    LevelNode::Below { copy, .. } => assert_eq!(copy % 3, 0, "{ray:?}"),
+                }
+            }
+            assert!(
+                told.below < before.below || before.below == told.below && told.visits.len() == before.visits.len()
+            );
+            // The nearest hit is told by the number of its triangle or copy.
+            if let Some(InstanceHit { t, instance, primitive_index, .. }) = hit {
+                let at = some.iter().find(|unfolded| unfolded.copy == instance);
+                let number = at.map_or(instance, |unfolded| unfolded.first + primitive_index);
+                assert!(told.primitives.contains(&(number, Some(t))), "{ray:?}");
+            }
+            // Distances are those along the ray in the world, where the container begins or the ray itself.
+            for (node, t) in &told.entered {
+                let point = ray.at(*t);
+                let reach = ray.origin.abs().max_element() + (ray.direction * *t).abs().max_element();
+                let excess = unfolded.tree.nodes[*node as usize].container.excess_of_point(point);
+                assert!(excess <= 1e-3 * f64::from(reach), "{excess} at {t} of {ray:?}");
+                entered += u32::from(matches!(of_node(*node), LevelNode::Below { .. }));
+            }
+        }
+    }
+    assert!(entered > 5_000, "{entered}");
+    let rays = rays(&scene.triangles, 3000, &mut random);
+    let ray = |index: u32| (rays[index as usize], RayQuery::ClosestHit(Traversal::Ordered), 1);
+    let visits = levels.measure_weighted_visits(rays.len() as u32, ray, &token).unwrap();
+    let mut expected = vec![0; unfolded.tree.nodes.len()];
+    for ray in &rays {
+        let mut told = Told::default();
+        levels.closest_hit(ray, Traversal::Ordered, &mut told);
+        told.visits.iter().for_each(|(node, visits)| expected[*node as usize] += visits);
+    }
+    assert_eq!(visits.counts, expected);
+    let costs = levels.costs(rays.len() as u32, ray, &token).unwrap();
+    assert_eq!(costs, folded.costs(rays.len() as u32, ray, &token).unwrap());
+}
+
+/// The boxes of a tree in the order in which they are unfolded: depth first, siblings together.
+fn in_order(tree: &Tree<Aabb>) -> Vec<Aabb> {
+    let (mut boxes, mut open) = (vec![tree.nodes[0].container], vec![0]);
+    while let Some(node) = open.pop() {
+        let children = tree.nodes[node as usize].children();
+        boxes.extend(children.clone().map(|child| tree.nodes[child as usize].container));
+        open.extend(children.rev());
+    }
+    boxes
+}
+
 #[test]
 fn costs_of_copies_are_those_of_single_rays() {
     let (mut random, token, settings) = (Random(91), CancelToken::new(), BuildSettings::default());
@@ -368,7 +562,7 @@ fn costs_of_copies_are_those_of_single_rays() {
     let (triangles, of) = flat(&meshes, &copies, &instances);
     let (_, top) = over_own_boxes(&instances, &triangles, &of);
     let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
-    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists };
+    let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists, unfolded: None };
     let rays = rays(&triangles, 3000, &mut random);
     for query in [RayQuery::ClosestHit(Traversal::Ordered), RayQuery::ClosestHit(Traversal::Paper), RayQuery::AnyHit] {
         // Every fifth ray stands for none, others for one to four.
