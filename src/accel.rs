@@ -26,8 +26,8 @@ use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
 use bvhscope_engine::{
-    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, BuilderKind, CancelToken, Cancelled, Pass, Passes, Ray,
-    Triangle, WideBvh,
+    AnyTree, BinaryBvh, BuildError, BuildReport, BuildSettings, BuilderKind, CancelToken, Cancelled, LevelNode, Pass,
+    Passes, Ray, Triangle, WideBvh,
 };
 
 use crate::budget::Budget;
@@ -225,7 +225,7 @@ impl Accel {
         if let Some(reason) = Self::refusal(scene, settings) {
             return Err(BuildError::Refused(reason));
         }
-        let bytes = scene.triangles.len() as u64 * peak_bytes_per_triangle(settings);
+        let bytes = scene.built_triangles().len() as u64 * peak_bytes_per_triangle(settings);
         let mut within_budget = Budget::of_process().check("the tree", bytes);
         if let (Err(_), Some(session)) = (&within_budget, &mut session) {
             // The cache of earlier builds may hold the memory that is missing.
@@ -235,12 +235,18 @@ impl Accel {
         within_budget.map_err(|error| BuildError::Refused(error.to_string()))?;
         let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
-        let BinaryBvh { tree, mut report } = BinaryBvh::build_with_cache(&scene.triangles, settings, cache, token)?;
+        let BinaryBvh { tree, mut report } =
+            BinaryBvh::build_with_cache(scene.built_triangles(), settings, cache, token)?;
         let Some(copies) = &scene.copies else { return Ok(Self::new(scene, settings, tree, report, recycler)) };
-        let wide = Arc::new(WideBvh::new(&tree, &scene.triangles, token)?);
+        let wide = Arc::new(WideBvh::new(&tree, scene.built_triangles(), token)?);
         let start = Instant::now();
-        let levels = TwoLevels::build(copies, &wide, settings, token)?;
+        let mut levels = TwoLevels::build(copies, &wide, settings, token)?;
         report.add_stage("meshes", start.elapsed());
+        let unfolded = &scene.unfolded.copies[..];
+        let tree = if unfolded.is_empty() { tree } else { levels.unfold(tree, unfolded, token)? };
+        if levels.unfolded().is_some() {
+            (report.stats, report.tree_bytes) = (tree_stats(&tree, token)?, tree.bytes());
+        }
         let mut accel = Self::new(scene, settings, tree, report, recycler);
         (accel.wide, accel.levels) = (wide.into(), Some(levels));
         Ok(accel)
@@ -291,6 +297,14 @@ impl Accel {
             ancestry: OnceLock::new(),
             regrets: OnceLock::new(),
             recycler,
+        }
+    }
+
+    /// The copy and the node in the tree of its mesh that a node stands for; `None` for nodes above the meshes, and in flat scenes.
+    pub fn node_of_mesh(&self, node: u32) -> Option<(u32, u32)> {
+        match self.levels.as_ref()?.unfolded()?.origins.get(node as usize)? {
+            LevelNode::Above { .. } => None,
+            LevelNode::Below { copy, node } => Some((*copy, *node)),
         }
     }
 

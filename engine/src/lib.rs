@@ -100,8 +100,8 @@ pub use cancel::{CancelToken, Cancelled};
 pub use geometry::{Aabb, Dop14, Hit, Placement, Ray, Sphere, Triangle};
 pub use glam;
 pub use instances::{
-    BinaryLevels, Copies, CopyCost, CopyCosts, InstanceHit, Instances, LevelNode, MeshCopies, Placed, UnfoldedCopy,
-    UnfoldedTree,
+    BinaryLevels, Copies, CopyCost, CopyCosts, InstanceHit, Instances, LevelNode, MeshCopies, Placed, Unfolded,
+    UnfoldedCopy,
 };
 pub use kernel::SimdLevel;
 pub use optimize::orient;

@@ -5,7 +5,7 @@ use bvhscope_engine::query::ClosestPoint;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree::traverse::{NoProbe, Probe, TestCounts, Traversal};
 use bvhscope_engine::wide::trace::{CacheLines, LineProbe};
-use bvhscope_engine::{AnyTree, BinaryLevels, InstanceHit};
+use bvhscope_engine::{AnyTree, BinaryLevels, InstanceHit, Unfolded};
 use glam::Vec3;
 
 use super::tracer::{Carried, CountedQuery, Counting, Entered, Tracer, count_each, first_that_counts};
@@ -17,18 +17,26 @@ pub(super) struct CopyTracer<'a> {
     top: &'a Tree<Aabb>,
     /// The triangles of each mesh.
     triangles: Vec<&'a [Triangle]>,
+    /// What probes are told of, where meshes are unfolded.
+    unfolded: Option<&'a Unfolded>,
 }
 
 impl<'a> CopyTracer<'a> {
-    pub(super) fn new(levels: &'a TwoLevels, top: &'a AnyTree) -> Self {
-        let AnyTree::Aabb(top) = top else { unreachable!("copies have trees of boxes") };
+    pub(super) fn new(levels: &'a TwoLevels, shown: &'a AnyTree) -> Self {
+        let (top, unfolded) = match (&levels.above, shown) {
+            (Some(above), _) => (&above.tree, Some(&above.unfolded)),
+            (None, AnyTree::Aabb(top)) => (top, None),
+            (None, _) => unreachable!("copies have trees of boxes"),
+        };
         let meshes = 0..levels.scene.mesh_count() as u32;
-        Self { levels, top, triangles: meshes.map(|mesh| levels.scene.mesh(mesh)).collect() }
+        let triangles = meshes.map(|mesh| levels.scene.mesh(mesh)).collect();
+        Self { levels, top, triangles, unfolded }
     }
 
     /// The binary trees.
     pub(super) fn binary(&self) -> BinaryLevels<'_> {
-        BinaryLevels { copies: self.levels.wide.copies(), top: self.top, triangles: &self.triangles }
+        let (copies, triangles) = (self.levels.wide.copies(), &self.triangles[..]);
+        BinaryLevels { copies, top: self.top, triangles, unfolded: self.unfolded }
     }
 
     /// A hit by the number of its triangle in the flat scene.

@@ -2,7 +2,12 @@
 
 use std::sync::Arc;
 
-use bvhscope_engine::{BuildError, BuildSettings, CancelToken, InstanceHit, Instances, MeshCopies, WideBvh, build};
+use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::tree::Tree;
+use bvhscope_engine::{
+    AnyTree, BuildError, BuildSettings, CancelToken, Cancelled, InstanceHit, Instances, MeshCopies, Unfolded,
+    UnfoldedCopy, WideBvh, build,
+};
 
 use crate::scene::SceneCopies;
 
@@ -12,6 +17,16 @@ pub struct TwoLevels {
     pub(super) scene: Arc<SceneCopies>,
     /// With wide trees.
     pub(super) wide: Instances,
+    /// The tree over the copies, where trees of meshes are unfolded below it in the tree that is shown.
+    pub(super) above: Option<Above>,
+}
+
+/// The tree over the copies, which is not the one that is shown.
+#[derive(Debug)]
+pub(super) struct Above {
+    pub(super) tree: Tree<Aabb>,
+    /// What the nodes of the tree that is shown are.
+    pub(super) unfolded: Unfolded,
 }
 
 impl TwoLevels {
@@ -25,7 +40,26 @@ impl TwoLevels {
         let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
         let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
         let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
-        Ok(Self { scene: Arc::clone(scene), wide: Instances::over(Arc::new(copies), Arc::clone(top)) })
+        let wide = Instances::over(Arc::new(copies), Arc::clone(top));
+        Ok(Self { scene: Arc::clone(scene), wide, above: None })
+    }
+
+    /// The tree to be shown: `tree`, which is that over the copies, with the trees of the meshes of `copies` unfolded below it.
+    pub(super) fn unfold(
+        &mut self,
+        tree: AnyTree,
+        copies: &[UnfoldedCopy],
+        token: &CancelToken,
+    ) -> Result<AnyTree, Cancelled> {
+        let AnyTree::Aabb(tree) = tree else { unreachable!("copies have trees of boxes") };
+        let (shown, unfolded) = Unfolded::new(self.wide.copies(), &tree, copies, token)?;
+        self.above = Some(Above { tree, unfolded });
+        Ok(AnyTree::Oriented(shown))
+    }
+
+    /// What the nodes of the tree that is shown are, where trees of meshes are unfolded in it.
+    pub fn unfolded(&self) -> Option<&Unfolded> {
+        self.above.as_ref().map(|above| &above.unfolded)
     }
 
     /// The number of the triangle that is hit in the flat scene.

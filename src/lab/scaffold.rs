@@ -29,7 +29,7 @@ pub struct Scaffold {
 /// none.
 pub fn scaffold(accel: &Accel, level: u32, token: &CancelToken) -> Result<Result<Scaffold, String>, Cancelled> {
     let limits = CellLimits { level, count: 2 * MAX_CELLS };
-    let order = match curve_order(&accel.scene.triangles, &accel.settings, limits, token) {
+    let order = match curve_order(accel.scene.built_triangles(), &accel.settings, limits, token) {
         Ok(order) => order,
         Err(BuildError::Refused(reason)) => return Ok(Err(reason)),
         Err(BuildError::Cancelled(cancelled)) => return Err(cancelled),

@@ -16,6 +16,7 @@ use super::offset::MAX_COORDINATE;
 use super::placed_meshes::{PlacedMeshes, around};
 use super::smooth::SmoothNormals;
 use super::source::SceneSource;
+use super::unfolded::UnfoldedCopies;
 use crate::budget::{Budget, OverBudget};
 use crate::text::counted;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -317,6 +318,7 @@ impl Assembly {
             source: source.clone(),
             triangles: self.triangles,
             copies: None,
+            unfolded: UnfoldedCopies::default(),
             bounds,
             offset: self.offset,
             subject: bounds,

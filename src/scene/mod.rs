@@ -20,6 +20,9 @@ mod model;
 #[allow(clippy::arithmetic_side_effects, reason = "numbers of triangles that were added up within 32 bits, and floats")]
 mod scene_copies;
 
+#[allow(clippy::arithmetic_side_effects, reason = "indices of a list, and sums that stop at the largest number")]
+mod unfolded;
+
 mod file_camera;
 
 mod file_light;
@@ -113,3 +116,4 @@ pub use sequence::FRAMES_PER_SECOND;
 pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};
 pub use tree_file::is_tree_alone;
+pub use unfolded::{CopyRanges, UnfoldedCopies};

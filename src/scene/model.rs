@@ -17,6 +17,7 @@ use super::offset::to_file;
 use super::scene_copies::SceneCopies;
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
+use super::unfolded::UnfoldedCopies;
 use crate::budget::{Budget, OverBudget};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, PreparedRay, Ray, Triangle};
@@ -33,11 +34,14 @@ const LOST: &str = "triangles left out at this moment: coordinates that are not 
 pub struct Scene {
     /// Where the scene was loaded from.
     pub source: SceneSource,
-    /// The triangles, in file order. Of a scene of copies, of which the tree consists, one stands for each copy: that across its box.
+    /// The triangles, in file order. Of a scene of copies, of which the tree consists, one stands for each copy: that across its box; those of
+    /// the copies that are unfolded follow.
     pub triangles: Vec<Triangle>,
     /// The copies of a scene of two levels, whose meshes exist once; `None` for a flat scene. Attributes and materials then are those of the
     /// meshes' triangles.
     pub copies: Option<Arc<SceneCopies>>,
+    /// The copies below which the tree goes on in their meshes.
+    pub unfolded: UnfoldedCopies,
     /// Bounding box of all triangles.
     pub bounds: Aabb,
     /// Subtracted from the coordinates of the file, so that models far from the origin keep their decimals; mostly zero.
@@ -95,6 +99,7 @@ impl Scene {
             source,
             triangles,
             copies: None,
+            unfolded: UnfoldedCopies::default(),
             bounds,
             offset: DVec3::ZERO,
             subject: bounds,
@@ -121,16 +126,24 @@ impl Scene {
         }
     }
 
-    /// True if both are one model, at whatever moments: the same triangles in number and order, unless each frame of a sequence of files
+    /// True if both are one model, at whatever moments and with whatever copies unfolded: the same triangles in number and order, unless each frame of a sequence of files
     /// has its own, see [`Motion::keeps_triangles`].
     pub fn is_same_model(self: &Arc<Self>, other: &Arc<Self>) -> bool {
         let motions = self.motion.as_ref().zip(other.motion.as_ref());
-        Arc::ptr_eq(self, other) || motions.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
+        let copies = self.copies.as_ref().zip(other.copies.as_ref());
+        let are_same_copies = copies.is_some_and(|(own, other)| Arc::ptr_eq(own, other));
+        Arc::ptr_eq(self, other) || are_same_copies || motions.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
     }
 
     /// Whether both are one model at the same moment, with equal triangles.
     pub fn is_same_pose(self: &Arc<Self>, other: &Arc<Self>) -> bool {
-        self.is_same_model(other) && self.moment == other.moment
+        self.is_same_model(other) && self.moment == other.moment && self.unfolded.ranges == other.unfolded.ranges
+    }
+
+    /// The triangles that trees are built of: of a scene of copies those that stand for the copies.
+    pub fn built_triangles(&self) -> &[Triangle] {
+        let count = self.copies.as_ref().map_or(self.triangles.len(), |copies| copies.copies().len());
+        &self.triangles[..count]
     }
 
     /// The model at `moment`, a clip of which it has: its triangles and normals there, in the calling thread's rayon pool. Cameras frame
@@ -168,6 +181,7 @@ impl Scene {
             source: self.source.clone(),
             triangles: pose.triangles,
             copies: None,
+            unfolded: UnfoldedCopies::default(),
             bounds,
             subject,
             cameras: self.cameras.clone(),
@@ -249,24 +263,21 @@ impl Scene {
         self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
     }
 
-    /// The name of what the leaves of the tree hold, of one and of several.
-    pub const fn primitive_names(&self) -> [&'static str; 2] {
-        match self.copies {
-            Some(_) => ["copy", "copies"],
-            None => ["triangle", "triangles"],
-        }
-    }
-
     /// The triangle that a hit names, in the world.
     #[inline]
     pub fn triangle(&self, hit: u32) -> Triangle {
         self.copies.as_ref().map_or_else(|| self.triangles[hit as usize], |copies| copies.triangle(hit))
     }
 
-    /// Index of what the tree consists of where a hit names a triangle: of the copy that has it, in a flat scene the triangle itself.
+    /// Index of what the tree consists of where a hit names a triangle: of the copy that has it, unless that is unfolded, in a flat scene
+    /// the triangle itself.
     #[inline]
     pub fn primitive_of(&self, hit: u32) -> u32 {
-        self.copies.as_ref().map_or(hit, |copies| copies.copy_of(hit))
+        let Some(copies) = &self.copies else { return hit };
+        let copy = copies.copy_of(hit);
+        self.unfolded
+            .first_of(copy)
+            .map_or(copy, |first| first.saturating_add(hit.saturating_sub(copies.number(copy, 0))))
     }
 
     /// Index of a triangle that a hit names in the lists of attributes and materials.

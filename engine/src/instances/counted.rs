@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::copies::{MeshCopies, PlacedMesh};
 use super::hit::InstanceHit;
-use super::unfolded::{Numbers, UnfoldedTree};
+use super::unfolded::{Numbers, Unfolded};
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, CarriedRay, Container as _, PreparedRay, Ray, Shear, Triangle};
 use crate::kernel::simd::baseline;
@@ -25,7 +25,7 @@ pub struct BinaryLevels<'a> {
     /// The triangles that the tree of each mesh was built from.
     pub triangles: &'a [&'a [Triangle]],
     /// The tree whose nodes and primitives probes are told of, where trees of meshes are unfolded below `top`.
-    pub unfolded: Option<&'a UnfoldedTree>,
+    pub unfolded: Option<&'a Unfolded>,
 }
 
 /// A ray in the world, as triangles are tested with it.
@@ -149,7 +149,7 @@ impl BinaryLevels<'_> {
         ray: impl Fn(u32) -> (Ray, RayQuery, u32) + Sync,
         token: &CancelToken,
     ) -> Result<Visits, Cancelled> {
-        let nodes = self.unfolded.map_or(self.top.nodes.len(), |unfolded| unfolded.tree.nodes.len());
+        let nodes = self.unfolded.map_or(self.top.nodes.len(), |unfolded| unfolded.origins.len());
         count_visits(nodes, ray_count, ray, token, |ray, query, counter| {
             self.query(ray, query, counter);
         })
@@ -179,7 +179,7 @@ impl BinaryLevels<'_> {
     ) -> Option<InstanceHit> {
         let world = World { ray: PreparedRay::new(*ray), shear: Shear::new(ray.direction) };
         let mut found: Option<InstanceHit> = None;
-        let mut above = Numbered { probe, nodes: self.unfolded.map(UnfoldedTree::above), first: 0, carried: None };
+        let mut above = Numbered { probe, nodes: self.unfolded.map(Unfolded::above), first: 0, carried: None };
         walk::<_, Aabb, _, ORDERED, ANY>(baseline(), self.top, &world.ray, stack, &mut above, |slots, _, above| {
             for &copy in &self.top.primitive_indices[slots] {
                 let before = found;

@@ -14,4 +14,4 @@ pub use costs::{CopyCost, CopyCosts};
 pub use counted::BinaryLevels;
 pub use hit::InstanceHit;
 pub use two_levels::Instances;
-pub use unfolded::{LevelNode, UnfoldedCopy, UnfoldedTree};
+pub use unfolded::{LevelNode, Unfolded, UnfoldedCopy};

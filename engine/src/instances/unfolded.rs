@@ -41,9 +41,7 @@ pub struct UnfoldedCopy {
 /// The boxes of a mesh are turned and skewed as the copy is, which has them tested in the mesh's own coordinates. A leaf of the tree over
 /// the copies becomes the parent of the roots of the meshes that are unfolded in it, and of a leaf of the copies that are not.
 #[derive(Debug)]
-pub struct UnfoldedTree {
-    /// The tree.
-    pub tree: Tree<OrientedBox>,
+pub struct Unfolded {
     /// The node that each of its nodes stands for; of the leaf of the copies that are not unfolded, in a leaf where others are, that leaf.
     pub origins: Vec<LevelNode>,
     copies: Vec<UnfoldedCopy>,
@@ -55,16 +53,16 @@ pub struct UnfoldedTree {
     begins: Vec<usize>,
 }
 
-/// The numbers of the nodes of a mesh and of its triangles in an [`UnfoldedTree`].
+/// The numbers of the nodes of a mesh and of its triangles in an [`Unfolded`] tree.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Numbers<'a> {
     pub(super) nodes: &'a [u32],
     pub(super) first: u32,
 }
 
-impl UnfoldedTree {
-    /// Unfolds `copies`, in ascending order, below `top`, a tree over boxes of all copies, in order. Those of meshes without triangles stay
-    /// as they are.
+impl Unfolded {
+    /// The tree in which `copies`, in ascending order, are unfolded below `top`, a tree over boxes of all copies, in order, and what its nodes are.
+    /// Those of meshes without triangles stay as they are.
     ///
     /// # Errors
     ///
@@ -74,7 +72,7 @@ impl UnfoldedTree {
         top: &Tree<Aabb>,
         copies: &[UnfoldedCopy],
         token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
+    ) -> Result<(Tree<OrientedBox>, Self), Cancelled> {
         let copies: Vec<UnfoldedCopy> =
             copies.iter().copied().filter(|unfolded| meshes.whole(unfolded.copy).is_some()).collect();
         let mut begins = vec![0];
@@ -84,8 +82,8 @@ impl UnfoldedTree {
         }
         let below = vec![0; begins.last().copied().unwrap_or_default()];
         let tree = Tree { nodes: Vec::new(), primitive_indices: Vec::new(), max_depth: 0 };
-        let unfolded = Self { tree, origins: Vec::new(), copies, above: vec![0; top.nodes.len()], below, begins };
-        Unfolding { meshes, top, unfolded, open: Vec::new() }.finish(token)
+        let unfolded = Self { origins: Vec::new(), copies, above: vec![0; top.nodes.len()], below, begins };
+        Unfolding { meshes, top, tree, unfolded, open: Vec::new() }.finish(token)
     }
 
     /// The copies that are unfolded, in ascending order.
@@ -124,18 +122,19 @@ struct Open {
 struct Unfolding<'a> {
     meshes: &'a MeshCopies,
     top: &'a Tree<Aabb>,
-    unfolded: UnfoldedTree,
+    tree: Tree<OrientedBox>,
+    unfolded: Unfolded,
     open: Vec<Open>,
 }
 
 impl Unfolding<'_> {
-    fn finish(mut self, token: &CancelToken) -> Result<UnfoldedTree, Cancelled> {
+    fn finish(mut self, token: &CancelToken) -> Result<(Tree<OrientedBox>, Unfolded), Cancelled> {
         if let Some(root) = self.top.nodes.first() {
             self.add(OrientedBox::plain(root.container), LevelNode::Above { node: 0 }, None, 0);
         }
         // Depth first, so that primitives are in the order of the leaves.
         while let Some(open) = self.open.pop() {
-            token.check_every(LIGHT_STEPS, self.unfolded.tree.nodes.len())?;
+            token.check_every(LIGHT_STEPS, self.tree.nodes.len())?;
             let before = self.open.len();
             match (self.unfolded.origins[open.index as usize], open.at) {
                 (LevelNode::Below { node, .. }, Some(at)) => self.go_on_below(&open, at, node),
@@ -143,12 +142,12 @@ impl Unfolding<'_> {
             }
             self.open[before..].reverse();
         }
-        Ok(self.unfolded)
+        Ok((self.tree, self.unfolded))
     }
 
     /// Adds a node whose children follow, of the copy `at` or of the tree above.
     fn add(&mut self, container: OrientedBox, origin: LevelNode, at: Option<usize>, depth: u32) {
-        let index = self.unfolded.tree.nodes.len() as u32;
+        let index = self.tree.nodes.len() as u32;
         match (origin, at) {
             (LevelNode::Below { node, .. }, Some(at)) => {
                 let begin = self.unfolded.begins[at];
@@ -158,22 +157,22 @@ impl Unfolding<'_> {
                 self.unfolded.above[node as usize] = index;
             }
         }
-        self.unfolded.tree.nodes.push(Node { container, first: 0, count: 0 });
-        self.unfolded.tree.max_depth = self.unfolded.tree.max_depth.max(depth);
+        self.tree.nodes.push(Node { container, first: 0, count: 0 });
+        self.tree.max_depth = self.tree.max_depth.max(depth);
         self.unfolded.origins.push(origin);
         self.open.push(Open { index, depth, at });
     }
 
     /// Makes the node an interior one, whose children are added next.
     fn make_parent(&mut self, index: u32, arity: u32) {
-        let first = self.unfolded.tree.nodes.len() as u32;
-        let node = &mut self.unfolded.tree.nodes[index as usize];
+        let first = self.tree.nodes.len() as u32;
+        let node = &mut self.tree.nodes[index as usize];
         *node = Node::interior(node.container, first, arity);
     }
 
     /// Makes the node a leaf.
     fn make_leaf(&mut self, index: u32, primitives: impl Iterator<Item = u32>) {
-        let tree = &mut self.unfolded.tree;
+        let tree = &mut self.tree;
         let first = tree.primitive_indices.len();
         tree.primitive_indices.extend(primitives);
         let node = &mut tree.nodes[index as usize];
@@ -219,7 +218,7 @@ impl Unfolding<'_> {
             all.union(&root.map_or(Aabb::EMPTY, |root| place.bounds(&root.container)))
         });
         let container = OrientedBox::plain(around.intersection(bounds));
-        let tree = &mut self.unfolded.tree;
+        let tree = &mut self.tree;
         let index = tree.nodes.len() as u32;
         tree.nodes.push(Node { container, first: 0, count: 0 });
         tree.max_depth = tree.max_depth.max(open.depth + 1);
@@ -238,7 +237,7 @@ impl Unfolding<'_> {
             self.make_leaf(open.index, triangles.iter().map(|triangle| first + triangle));
             return;
         }
-        let within = self.unfolded.tree.nodes[open.index as usize].container.bounds;
+        let within = self.tree.nodes[open.index as usize].container.bounds;
         self.make_parent(open.index, node.arity());
         for child in node.children() {
             let container = placed(place, &tree.nodes[child as usize].container, &within);

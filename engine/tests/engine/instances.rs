@@ -11,7 +11,7 @@ use bvhscope_engine::tree::validate::validate;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::{
     AnyTree, BinaryLevels, BuildError, Bvh, CancelToken, ContainerKind, CopyCost, Hit, InstanceHit, Instances, ItemBvh,
-    LevelNode, Placed, UnfoldedCopy, UnfoldedTree, WideBvh, build,
+    LevelNode, Placed, Unfolded, UnfoldedCopy, WideBvh, build,
 };
 use glam::{Affine3A, EulerRot, Mat3A, Quat, Vec3, Vec3A};
 
@@ -435,11 +435,11 @@ fn all_copies_unfolded_are_a_tree_of_the_flat_scene() {
         let copies = scene.instances.copies();
         let first = |copy: u32| scene.of.iter().position(|of| *of == (copy, 0)).unwrap() as u32;
         let all: Vec<UnfoldedCopy> = (0..40).map(|copy| UnfoldedCopy { copy, first: first(copy) }).collect();
-        let unfolded = UnfoldedTree::new(copies, &scene.top, &all, &token).unwrap();
+        let (tree, unfolded) = Unfolded::new(copies, &scene.top, &all, &token).unwrap();
         assert_eq!(unfolded.copies(), all);
         let depths = scene.meshes.iter().map(|mesh| mesh.tree.tree().max_depth()).max().unwrap();
-        assert!(unfolded.tree.max_depth > scene.top.max_depth.max(depths));
-        let tree = AnyTree::Oriented(unfolded.tree);
+        assert!(tree.max_depth > scene.top.max_depth.max(depths));
+        let tree = AnyTree::Oriented(tree);
         validate(&tree, &scene.triangles).unwrap();
         let leaf_triangles = tree.leaf_triangles(&scene.triangles, &token).unwrap();
         for ray in rays(&scene.triangles, 2000, &mut random) {
@@ -469,10 +469,10 @@ fn check_unfolded(scale: f32) {
         UnfoldedCopy { copy, first }
     };
     let some: Vec<UnfoldedCopy> = (0..30).step_by(3).map(&mut unfold).collect();
-    let unfolded = UnfoldedTree::new(copies, &scene.top, &some, &token).unwrap();
-    let nothing = UnfoldedTree::new(copies, &scene.top, &[], &token).unwrap();
-    assert_eq!(boxes_of(&nothing.tree), in_order(&scene.top));
-    let mut primitives = unfolded.tree.primitive_indices.clone();
+    let (tree, unfolded) = Unfolded::new(copies, &scene.top, &some, &token).unwrap();
+    let (nothing, _) = Unfolded::new(copies, &scene.top, &[], &token).unwrap();
+    assert_eq!(boxes_of(&nothing), in_order(&scene.top));
+    let mut primitives = tree.primitive_indices.clone();
     primitives.sort_unstable();
     assert!(primitives.into_iter().eq((0..next).filter(|primitive| *primitive >= 30 || primitive % 3 != 0)));
     // Each node of both levels once; of leaves in which some copies are unfolded, once more.
@@ -482,7 +482,7 @@ fn check_unfolded(scale: f32) {
     };
     let wanted = scene.top.nodes.len() + some.iter().map(mesh_nodes).sum::<usize>();
     let distinct: HashSet<_> = unfolded.origins.iter().map(|origin| format!("{origin:?}")).collect();
-    assert_eq!((distinct.len(), unfolded.origins.len()), (wanted, unfolded.tree.nodes.len()));
+    assert_eq!((distinct.len(), unfolded.origins.len()), (wanted, tree.nodes.len()));
     let of_node = |node: u32| unfolded.origins[node as usize];
     let lists: Vec<&[Triangle]> = scene.meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
     let folded = BinaryLevels { copies, top: &scene.top, triangles: &lists, unfolded: None };
@@ -516,7 +516,7 @@ fn check_unfolded(scale: f32) {
             for (node, t) in &told.entered {
                 let point = ray.at(*t);
                 let reach = ray.origin.abs().max_element() + (ray.direction * *t).abs().max_element();
-                let excess = unfolded.tree.nodes[*node as usize].container.excess_of_point(point);
+                let excess = beyond_planes(&tree.nodes[*node as usize].container, point);
                 assert!(excess <= 1e-3 * f64::from(reach), "{excess} at {t} of {ray:?}");
                 entered += u32::from(matches!(of_node(*node), LevelNode::Below { .. }));
             }
@@ -526,7 +526,7 @@ fn check_unfolded(scale: f32) {
     let rays = rays(&scene.triangles, 3000, &mut random);
     let ray = |index: u32| (rays[index as usize], RayQuery::ClosestHit(Traversal::Ordered), 1);
     let visits = levels.measure_weighted_visits(rays.len() as u32, ray, &token).unwrap();
-    let mut expected = vec![0; unfolded.tree.nodes.len()];
+    let mut expected = vec![0; tree.nodes.len()];
     for ray in &rays {
         let mut told = Told::default();
         levels.closest_hit(ray, Traversal::Ordered, &mut told);
@@ -535,6 +535,16 @@ fn check_unfolded(scale: f32) {
     assert_eq!(visits.counts, expected);
     let costs = levels.costs(rays.len() as u32, ray, &token).unwrap();
     assert_eq!(costs, folded.costs(rays.len() as u32, ray, &token).unwrap());
+}
+
+/// By how much `point` is not between the planes of a box.
+fn beyond_planes(container: &OrientedBox, point: Vec3) -> f64 {
+    let beyond = |at: usize| {
+        let normal = container.normals[at].as_dvec3();
+        let along = point.as_dvec3().dot(normal);
+        (f64::from(container.low[at]) - along).max(along - f64::from(container.high[at])) / normal.length()
+    };
+    (0..3).map(beyond).fold(0.0, f64::max)
 }
 
 /// The boxes of a tree in the order in which they are unfolded: depth first, siblings together.

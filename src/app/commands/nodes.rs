@@ -1,5 +1,6 @@
 //! Commands on nodes: walking from the selected one, hiding, the worst nodes, and the place of a finding of the diagnosis.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::camera;
@@ -9,7 +10,7 @@ use crate::app::state::{AppState, CompareView, TreeSide, ViewState as _};
 use crate::app::viewport::picking;
 use crate::app::views::nodes::NodesView;
 use crate::lab::diagnose::{Finding, Place};
-use crate::scene::Scene;
+use crate::scene::{CopyRanges, Scene};
 use crate::visibility::TriangleSet;
 use bvhscope_engine::geometry::Aabb;
 
@@ -117,6 +118,35 @@ pub(super) fn isolate_selected(state: &mut AppState) {
     nodes.isolated = nodes.selected;
     nodes.hidden.clear();
     nodes.only = None;
+}
+
+/// Unfolds the copies below the selected node, or folds them where all of them are unfolded.
+pub(super) fn toggle_unfolded(state: &mut AppState) {
+    let Some((shown, node)) = state.selected() else { return };
+    let scene = &shown.accel.scene;
+    let below = shown.table.triangles_below(node);
+    let copies: BTreeSet<u32> = below.iter().filter_map(|primitive| Some(scene.copy_of(primitive)?.0)).collect();
+    let wanted = &state.wanted.unfolded;
+    let wanted = if copies.iter().all(|copy| wanted.contains(*copy)) {
+        wanted.iter(scene.built_triangles().len() as u32).filter(|copy| !copies.contains(copy)).collect()
+    } else {
+        wanted.with(&copies.into_iter().collect())
+    };
+    unfold(state, wanted);
+}
+
+/// Unfolds all copies.
+pub(super) fn unfold_all(state: &mut AppState) {
+    let Some(shown) = &state.model.presented else { return };
+    let all = shown.accel.scene.copies_among(&CopyRanges::from(vec![[0, u32::MAX]]));
+    unfold(state, all);
+}
+
+/// Unfolds these copies, and folds all others.
+pub(super) fn unfold(state: &mut AppState, copies: CopyRanges) {
+    // Triangles have other numbers then.
+    state.selection.nodes.only = None;
+    state.wanted.unfolded = copies;
 }
 
 /// Selects and frames another of the worst nodes. Opens their list where nothing is ranked yet.

@@ -136,7 +136,7 @@ fn title(ui: &Ui, state: &AppState, left: f32, right: f32) {
     if let Some(scene) = &state.model.loaded {
         text = format!("{text} · {}", format::counted(scene.triangle_count(), "triangle"));
         if scene.copies.is_some() {
-            text = format!("{text} in {} copies", format::count(scene.triangles.len() as u64));
+            text = format!("{text} in {} copies", format::count(scene.built_triangles().len() as u64));
         }
     }
     let font = egui::TextStyle::Body.resolve(ui.style());

@@ -15,7 +15,7 @@ use crate::camera::Camera;
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::cluster_cut::ClusterCut;
 use crate::render::{Adaptation, RenderSettings};
-use crate::scene::{LoadError, Moment, Scene};
+use crate::scene::{CopyRanges, LoadError, Moment, Scene};
 use crate::visibility::TriangleSet;
 use crate::worker::Worker;
 use bvhscope_engine::builders::BuildError;
@@ -33,10 +33,12 @@ const CANCEL_POLL: Duration = Duration::from_millis(5);
 /// The inputs of a tree.
 #[derive(Clone)]
 pub(crate) struct BuildKey {
-    /// A scene of the model, compared by model: it is moved where its moment is another.
+    /// A scene of the model, compared by model: it is moved where its moment is another, and so are copies unfolded.
     pub scene: Arc<Scene>,
     /// The moment of a model that moves.
     pub moment: Option<Moment>,
+    /// The copies below which the tree goes on in their meshes.
+    pub unfolded: CopyRanges,
     /// How the tree of a moment follows the model, unless a file holds it.
     pub follow: Follow,
     /// How the tree is built, unless a file holds it.
@@ -59,6 +61,7 @@ impl PartialEq for BuildKey {
         };
         self.scene.is_same_model(&other.scene)
             && self.moment == other.moment
+            && self.unfolded == other.unfolded
             && same_tree
             && self.threads == other.threads
     }
@@ -86,8 +89,11 @@ impl BuildKey {
         }
     }
 
-    /// The scene at the moment.
+    /// The scene at the moment, with its unfolded copies.
     fn moved(&self, token: &CancelToken) -> Result<Arc<Scene>, LoadError> {
+        if self.unfolded != self.scene.unfolded.ranges {
+            return self.scene.with_unfolded(&self.unfolded, token).map(Arc::new);
+        }
         match self.moment.filter(|_| self.scene.moment != self.moment) {
             Some(moment) => self.scene.at(moment, token).map(Arc::new),
             None => Ok(Arc::clone(&self.scene)),

@@ -87,7 +87,8 @@ impl BuildRail {
         newest.is_some_and(|(accel, threads)| {
             let file = accel.file.as_ref().map(|file| file.path.clone());
             let (scene, moment, revision) = (Arc::clone(&accel.scene), accel.scene.moment, self.read_revision);
-            *key == BuildKey { scene, moment, follow: accel.follow, settings: accel.settings, file, revision, threads }
+            let (unfolded, follow, settings) = (scene.unfolded.ranges.clone(), accel.follow, accel.settings);
+            *key == BuildKey { scene, moment, unfolded, follow, settings, file, revision, threads }
         })
     }
 
@@ -218,6 +219,7 @@ mod tests {
             let key = BuildKey {
                 scene,
                 moment: None,
+                unfolded: CopyRanges::default(),
                 follow: Follow::default(),
                 settings,
                 file,

@@ -11,7 +11,7 @@ use crate::app::studies::latest::{Latest, Polled, WorkerPool, report_panic};
 use crate::app::viewport::orbit;
 use crate::camera::Camera;
 use crate::console::note;
-use crate::scene::{Instancing, LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
+use crate::scene::{CopyRanges, Instancing, LoadError, LoadOptions, Scene, SceneSource, is_tree_alone, load};
 use crate::view::{CameraChoice, NamedView};
 use crate::worker::Worker;
 use bvhscope_engine::cancel::CancelToken;
@@ -224,7 +224,9 @@ impl LoadRail {
                 self.loaded.as_ref().map_or_else(Instancing::default, |key| key.instances);
             self.generation = self.loaded.as_ref().map_or(self.generation, |key| key.generation);
             let shown = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
-            state.wanted.moment = shown.filter(|shown| shown.is_same_model(scene)).and_then(|shown| shown.moment);
+            let shown = shown.filter(|shown| shown.is_same_model(scene));
+            state.wanted.moment = shown.and_then(|shown| shown.moment);
+            state.wanted.unfolded = shown.map_or_else(CopyRanges::default, |shown| shown.unfolded.ranges.clone());
         }
     }
 

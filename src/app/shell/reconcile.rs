@@ -17,7 +17,7 @@ use crate::app::shell::render_rail::RenderRail;
 use crate::app::shell::second_rail::SecondRail;
 use crate::app::state::{AppState, HiddenNodes, JobStatus, Severity, TreeSide};
 use crate::app::studies::latest::{Polled, report_panic};
-use crate::scene::{LoadOptions, SceneSource};
+use crate::scene::{LoadOptions, Scene, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
@@ -245,9 +245,11 @@ impl Reconciler {
             // Annealing takes minutes: a new model is seen with its tree as it is before that, and so is one that plays.
             settings.optimize = settings.optimize.without(Pass::Anneal);
         }
-        let scene = shown.filter(|shown| shown.moment == moment).map_or(scene.clone(), Arc::clone);
+        let unfolded = scene.copies_among(&state.wanted.unfolded);
+        let is_as_shown = |shown: &&Arc<Scene>| shown.moment == moment && shown.unfolded.ranges == unfolded;
+        let scene = shown.filter(is_as_shown).map_or(scene.clone(), Arc::clone);
         let follow = state.wanted.follow_at(TreeSide::A, moment);
-        let key = BuildKey { scene, moment, follow, settings, file, revision, threads };
+        let key = BuildKey { scene, moment, unfolded, follow, settings, file, revision, threads };
         if let Err(reason) = self.build.request(BuildJob { key, view, overlay, moving }, presented, now) {
             self.refuse_tree(&reason, state);
         }
@@ -408,6 +410,7 @@ impl Reconciler {
         state.wanted.set_tree_file(TreeSide::A, file);
         state.wanted.threads = presented.threads;
         state.wanted.moment = scene.moment;
+        state.wanted.unfolded = scene.unfolded.ranges.clone();
         if scene.moment.is_some() {
             state.wanted.follow.policy = presented.accel.follow.policy;
         }

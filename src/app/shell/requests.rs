@@ -109,10 +109,12 @@ impl BackgroundTasks {
                         reconciler.set_next_view(camera);
                     }
                     let Wanted { moment, follow, second, .. } = state.wanted;
+                    let unfolded = state.wanted.unfolded.clone();
                     let ray_file = state.wanted.ray_file.clone();
                     open(source, false, reconciler, state);
                     (state.wanted.tree_files, state.wanted.ray_file) = (tree_files, ray_file);
                     (state.wanted.moment, state.wanted.follow, state.wanted.second) = (moment, follow, second);
+                    state.wanted.unfolded = unfolded;
                 }
                 Request::OpenTree(side, path) => open_tree(side, path, state),
                 Request::OpenTreeDialog(side) => self.open_dialog(Chosen::Tree(side), state),

@@ -86,9 +86,9 @@ impl SecondRail {
         let overlay = state.preferences.show_containers.then_some(state.wanted.overlay);
         let file = state.wanted.tree_file(TreeSide::B).map(Path::to_path_buf);
         let (revision, threads) = (build.revision(), state.wanted.threads);
-        let moment = scene.moment;
+        let (moment, unfolded) = (scene.moment, scene.unfolded.ranges.clone());
         let follow = state.wanted.follow_at(TreeSide::B, moment);
-        let key = BuildKey { scene, moment, follow, settings: second.build, file, revision, threads };
+        let key = BuildKey { scene, moment, unfolded, follow, settings: second.build, file, revision, threads };
         let job = BuildJob { key, view: None, overlay, moving };
         if let Err(reason) = build.request(job, state.model.second.as_ref(), now) {
             refuse(&reason, state);

@@ -172,6 +172,12 @@ pub enum Action {
     ToggleFaces,
     /// Fill what the children of the selected node have in common.
     ToggleOverlap,
+    /// Let the tree go on in the meshes of the copies below the selected node, or end at the copies.
+    ToggleUnfolded,
+    /// Let the tree go on in the meshes of all copies.
+    UnfoldAll,
+    /// Let the tree end at the copies.
+    FoldAll,
     /// Copy the numbers of the selected node as text.
     CopyNode,
     /// Cut the model open, or close it.

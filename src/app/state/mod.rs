@@ -357,6 +357,7 @@ impl AppState {
         let Some(shown) = &self.model.presented else { return };
         let accel = &shown.accel;
         let is_there = accel.scene.source == self.wanted.source && accel.scene.moment == self.wanted.moment;
+        let is_there = is_there && accel.scene.unfolded.ranges == accel.scene.copies_among(&self.wanted.unfolded);
         if !is_there || !self.is_wanted(accel, TreeSide::A) {
             return;
         }

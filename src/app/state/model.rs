@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::accel::Accel;
+use crate::app::format;
 use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
 use crate::app::state::curve::CurveState;
 use crate::app::state::derived::Derived;
@@ -59,6 +60,23 @@ impl Presented {
         let mut counted = None;
         Counted::observe(&mut counted, &frame, hides);
         Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
+    }
+
+    /// A node below an unfolded copy by its place in the mesh: "copy 12 / node 71"; `None` for all others.
+    pub fn place_in_mesh(&self, node: u32) -> Option<String> {
+        let (copy, node) = self.accel.node_of_mesh(node)?;
+        let [copy, node] = [copy, node].map(|number| format::count(u64::from(number)));
+        Some(format!("copy {copy} / node {node}"))
+    }
+
+    /// What the leaves below `node` hold, one of it and several.
+    pub fn primitive_names(&self, node: u32) -> [&'static str; 2] {
+        let scene = &self.accel.scene;
+        match (scene.copies.is_some(), self.accel.node_of_mesh(node)) {
+            (false, _) | (true, Some(_)) => ["triangle", "triangles"],
+            (true, None) if scene.unfolded.ranges.is_empty() => ["copy", "copies"],
+            (true, None) => ["copy or triangle", "copies and triangles"],
+        }
     }
 
     /// The tree in words: its settings or its file and builder, and the policy by which it follows a model that moves: "AAC δ 6 ε 0.2,

@@ -106,8 +106,10 @@ impl UndoStack {
         let moment = step.wanted.moment;
         let before = std::mem::replace(wanted, step.over(wanted));
         // Nodes have the same numbers only in the same tree.
-        let is_same_tree =
-            before.build == wanted.build && before.tree_files == wanted.tree_files && before.moment == moment;
+        let is_same_tree = before.build == wanted.build
+            && before.tree_files == wanted.tree_files
+            && before.unfolded == wanted.unfolded
+            && before.moment == moment;
         if is_same_tree && selection.hidden != step.hidden {
             selection.choose(step.chosen);
         }

@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::catalog::settings;
 use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
-use crate::scene::{Moment, SceneSource};
+use crate::scene::{CopyRanges, Moment, SceneSource};
 use crate::section::SectionPlane;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Aabb;
@@ -26,6 +26,9 @@ pub struct Wanted {
     /// The moment of a model that moves; `None` for the pose of the file, without any clip.
     #[serde(default)]
     pub moment: Option<Moment>,
+    /// The copies of a scene in two levels below which the tree goes on in their meshes.
+    #[serde(default)]
+    pub unfolded: CopyRanges,
     /// How the tree follows the model from moment to moment.
     #[serde(default)]
     pub follow: Follow,
@@ -59,6 +62,7 @@ impl Wanted {
         Self {
             source,
             moment: None,
+            unfolded: CopyRanges::default(),
             follow: Follow::default(),
             build: BuildSettings::default(),
             threads: 0,
@@ -146,9 +150,10 @@ impl Wanted {
         }
     }
 
-    /// Shows the model in the pose of its file, and rebuilds trees at each moment that is chosen later.
+    /// Shows the model in the pose of its file with no copy unfolded, and rebuilds trees at each moment that is chosen later.
     pub fn stand_still(&mut self) {
         self.moment = None;
+        self.unfolded = CopyRanges::default();
         for side in TreeSide::ALL {
             *self.policy_mut(side) = Policy::Rebuild;
         }

@@ -1,6 +1,8 @@
 //! Picking: from a pixel to the surface point, the triangle and the nodes under it. Conversions between the window's
 //! points, the picture's pixels and points of the scene.
 
+use std::sync::Arc;
+
 use egui::{PaintCallbackInfo, Pos2, Rect};
 use glam::Vec3;
 
@@ -64,9 +66,9 @@ pub fn pick_for_menu(state: &mut AppState, primitive: Option<u32>) {
 /// The selection in terms that do not depend on node indices, to be restored in another tree of the same scene.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PortableSelection {
-    /// Index of the picked triangle.
+    /// The picked triangle, as hits name it.
     picked: Option<u32>,
-    /// The selected node: index of a triangle below it, and its depth; `None` for the triangle's leaf.
+    /// The selected node: a triangle below it, and its depth; `None` for the triangle's leaf.
     node: Option<(u32, Option<usize>)>,
 }
 
@@ -83,7 +85,10 @@ pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
             Some((primitive, (!leaf).then(|| shown.table.depth(node) as usize)))
         })
     });
-    PortableSelection { picked: state.selection.picked.as_ref().map(|picked| picked.primitive), node }
+    // Primitives have other numbers where other copies are unfolded.
+    let hit = |primitive| state.model.presented.as_ref().map_or(primitive, |shown| shown.accel.scene.hit_of(primitive));
+    let node = node.map(|(primitive, depth)| (hit(primitive), depth));
+    PortableSelection { picked: state.selection.picked.as_ref().map(|picked| hit(picked.primitive)), node }
 }
 
 /// Restores a selection in the presented tree: the same triangle, and in place of the selected node the ancestor of its triangle
@@ -91,12 +96,15 @@ pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
 pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelection) {
     // The selection in the second tree stays.
     let of_second = (state.selection.second, state.selection.side);
-    pick(state, selection.picked);
+    let Some(scene) = state.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel.scene)) else { return };
+    let primitive_of = |hit: Option<u32>| hit.map(|hit| scene.primitive_of(hit));
+    pick(state, primitive_of(selection.picked));
     (state.selection.second, state.selection.side) = of_second;
-    let Some((primitive, depth)) = selection.node else {
+    let Some((hit, depth)) = selection.node else {
         state.selection.nodes.selected = None;
         return;
     };
+    let primitive = scene.primitive_of(hit);
     let path = state.model.presented.as_ref().map_or_else(Vec::new, |shown| shown.accel.path_to(primitive));
     let leaf = path.last().copied();
     state.selection.nodes.selected = depth.and_then(|depth| path.get(depth).copied()).or(leaf);

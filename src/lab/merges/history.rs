@@ -45,7 +45,7 @@ impl History {
         if !merges_clusters(accel) {
             return Ok(Self { construction: None, of: TreeOfRecord::Same, levels: Vec::new() });
         }
-        let triangles = &accel.scene.triangles;
+        let triangles = accel.scene.built_triangles();
         let build = build_bytes_per_triangle(accel.settings.container);
         let bytes = triangles.len() as u64 * (build + RECORD_BYTES_PER_TRIANGLE);
         let checked = Budget::of_process().check("the record of its merges", bytes);
@@ -96,6 +96,9 @@ impl History {
         }
         if matches!(self.of, TreeOfRecord::Same) {
             return None;
+        }
+        if accel.levels().is_some_and(|levels| levels.unfolded().is_some()) {
+            return Some("These merges made the tree over the copies, without the unfolded ones' meshes".to_owned());
         }
         let passes: Vec<&str> = settings.passes().iter().filter(|pass| *pass != Pass::Split).map(Pass::label).collect();
         if settings.passes().without(Pass::Split) == Passes::NONE {

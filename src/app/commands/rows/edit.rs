@@ -11,6 +11,7 @@ use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::overlay::OverlaySettings;
 use crate::render::RenderSettings;
+use crate::scene::CopyRanges;
 
 pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     &[
@@ -40,6 +41,7 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
     ],
     WALKING,
     HIDING,
+    UNFOLDING,
     &[
         one(
             Action::CopyCommandLine,
@@ -169,6 +171,35 @@ const HIDING: &[Row] = &[
         |state, _| flip(&mut state.wanted.overlay.hide_triangles),
     )
     .switch(|state, _| Some(state.wanted.overlay.hide_triangles)),
+];
+
+const UNFOLDING: &[Row] = &[
+    one(
+        Action::ToggleUnfolded,
+        "Unfold or fold copies",
+        "Let the tree go on in the meshes of the copies below the selected node, or end at these copies",
+        &[(ALT, Key::U)],
+        |state, _| nodes::toggle_unfolded(state),
+    )
+    .when(|state, _| state.selected().is_some_and(|(shown, _)| shown.accel.scene.copies.is_some())),
+    one(
+        Action::UnfoldAll,
+        "Unfold all copies",
+        "Let the tree go on in the meshes of all copies, where memory suffices",
+        &[],
+        |state, _| nodes::unfold_all(state),
+    )
+    .when(|state, _| state.model.presented.as_ref().is_some_and(|shown| shown.accel.scene.copies.is_some())),
+    one(
+        Action::FoldAll,
+        "Fold all copies",
+        "Let the tree end at the copies",
+        &[(ALT.plus(SHIFT), Key::U)],
+        |state, _| {
+            nodes::unfold(state, CopyRanges::default());
+        },
+    )
+    .when(|state, _| !state.wanted.unfolded.is_empty()),
 ];
 
 fn is_selected(state: &AppState, _: usize) -> bool {

@@ -48,9 +48,14 @@ pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
     }
     match hover.primitive {
         Some(primitive) => {
-            let [name, _] =
-                state.model.presented.as_ref().map_or(["triangle"; 2], |shown| shown.accel.scene.primitive_names());
-            facts.push(format!("{name} {}", format::count(u64::from(primitive))));
+            let scene = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
+            facts.push(match scene.and_then(|scene| scene.copy_of(primitive)) {
+                None => format!("triangle {}", format::count(u64::from(primitive))),
+                Some((copy, None)) => format!("copy {}", format::count(u64::from(copy))),
+                Some((copy, Some(triangle))) => {
+                    format!("copy {} / triangle {}", format::count(u64::from(copy)), format::count(u64::from(triangle)))
+                }
+            });
             facts.push(format!("distance {}", format::significant(f64::from(hover.distance))));
         }
         None => facts.push("background".to_owned()),
@@ -94,7 +99,7 @@ const GROUPS: [&[(Action, &str)]; 3] = [
         (Action::FrameSelection, "Frame"),
     ],
     &[(Action::HideSelected, "Hide"), (Action::IsolateSelected, "Isolate"), (Action::ShowAll, "Show all")],
-    &[(Action::CopyNode, "Copy as text")],
+    &[(Action::ToggleUnfolded, "Unfold or fold copies"), (Action::CopyNode, "Copy as text")],
 ];
 
 /// Shows the menu of a node while it is open, within `rect`, the viewport's rectangle.
@@ -105,10 +110,10 @@ pub(crate) fn node_menu(ui: &mut Ui, rect: Rect, state: &mut AppState) {
     Popup::new(Id::unique("node menu"), ui.ctx().clone(), at, ui.layer_id()).open_bool(&mut open).show(|ui| {
         ui.set_min_width(160.0);
         if let Some(node) = state.selection.nodes.selected {
-            ui.label(
-                egui::RichText::new(format!("Node {}", format::count(node.into())))
-                    .color(crate::app::theme::palette(ui).dim),
-            );
+            let shown = state.model.presented.as_ref();
+            let place = shown.and_then(|shown| shown.place_in_mesh(node)).map(|place| format::capital(&place));
+            let name = place.unwrap_or_else(|| format!("Node {}", format::count(node.into())));
+            ui.label(egui::RichText::new(name).color(crate::app::theme::palette(ui).dim));
         }
         for (index, group) in GROUPS.into_iter().enumerate() {
             if index > 0 {

@@ -26,7 +26,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         other_row(ui, state);
     } else {
         let color = crate::app::theme::palette(ui).dim;
-        let [name, _] = first.accel.scene.primitive_names();
+        let [name, _] = first.primitive_names(0);
         let text = format!("Click the model to select a {name} with its leaf, or Alt+Down for the root");
         ui.add(egui::Label::new(egui::RichText::new(text).color(color)).wrap());
     }
@@ -100,24 +100,36 @@ fn hidden_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     check(ui, &mut state.wanted.overlay.hide_triangles, "With triangles", tip);
 }
 
+/// The clicked triangle or copy.
+fn picked_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, primitive: u32) {
+    let scene = &shown.accel.scene;
+    let mut row = |name: &str, number: u32, tip: &str| {
+        statistic(ui, state, &Statistic::new(name, format::count(u64::from(number))).tip(tip));
+    };
+    let Some(((copy, triangle), copies)) = scene.copy_of(primitive).zip(scene.copies.as_ref()) else {
+        return row("Triangle", primitive, "Its index in the file, from 0");
+    };
+    if let Some(triangle) = triangle {
+        row("Triangle", triangle, "Its index in the mesh, from 0");
+    }
+    row("Copy", copy, "Its index among the copies, from 0");
+    row("Mesh", copies.copies().mesh(copy), "Index of the mesh that it is a copy of, from 0");
+}
+
 /// Facts about the selected node.
 #[expect(clippy::too_many_lines, reason = "a list of rows")]
 fn node_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, node: u32) {
-    let (table, scene) = (&shown.table, &shown.accel.scene);
-    let [one, several] = scene.primitive_names().map(format::capital);
-    if let Some(picked) = &state.selection.picked {
-        let primitive = format::count(u64::from(picked.primitive));
-        let tip =
-            if scene.copies.is_some() { "Its index among the copies, from 0" } else { "Its index in the file, from 0" };
-        let of_mesh = scene.copies.as_ref().map(|copies| copies.copies().mesh(picked.primitive));
-        statistic(ui, state, &Statistic::new(&one, primitive).tip(tip));
-        if let Some(mesh) = of_mesh {
-            let tip = "Index of the mesh that it is a copy of, from 0";
-            statistic(ui, state, &Statistic::new("Mesh", mesh.to_string()).tip(tip));
-        }
+    let table = &shown.table;
+    let several = format::capital(shown.primitive_names(node)[1]);
+    if let Some(picked) = state.selection.picked.as_ref().map(|picked| picked.primitive) {
+        picked_rows(ui, state, shown, picked);
     }
     let index = Statistic::new("Node", format::count(u64::from(node))).tip("Its index in the tree");
     statistic(ui, state, &index.term(terms::NODE));
+    if let Some(place) = shown.place_in_mesh(node) {
+        let tip = "The copy below which it is, and its index in the tree of the mesh";
+        statistic(ui, state, &Statistic::new("In its mesh", place).tip(tip));
+    }
     let depth = table.depth(node);
     statistic(
         ui,
@@ -230,8 +242,10 @@ fn buttons(ui: &mut Ui, state: &mut AppState) {
             (Action::IsolateSelected, "Isolate"),
             (Action::ShowAll, "Show all"),
             (Action::FrameSelection, "Frame"),
+            (Action::ToggleUnfolded, "Unfold"),
         ] {
-            if selected || (action == Action::ShowAll && action.is_enabled(state)) {
+            let is_shown = action != Action::ToggleUnfolded || action.is_enabled(state);
+            if (selected && is_shown) || (action == Action::ShowAll && action.is_enabled(state)) {
                 button(ui, state, action, label);
             }
         }

@@ -82,7 +82,7 @@ fn scene_rows(ui: &mut Ui, state: &mut AppState, scene: &Scene) {
         let tip = format!(
             "Copies of the meshes, of which the tree consists; below each is the tree of its mesh. In memory: {own}, flat {flat}"
         );
-        statistic(ui, state, &Statistic::new("Copies", format::count(scene.triangles.len() as u64)).tip(tip));
+        statistic(ui, state, &Statistic::new("Copies", format::count(scene.built_triangles().len() as u64)).tip(tip));
     }
     statistic(ui, state, &Statistic::new("Size", size).tip("Sides of the box around everything, in the file's unit"));
     if scene.offset != glam::DVec3::ZERO {

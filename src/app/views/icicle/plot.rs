@@ -71,6 +71,9 @@ impl IcicleView {
         let values = NodeValues { accel: &shown.accel, visits: visits.as_ref().map(|visits| &*visits.0) };
         let kind = if shown.table.is_leaf(node) { "Leaf" } else { "Node" };
         let mut text = format!("{kind} {}", format::count(u64::from(node)));
+        if let Some(place) = shown.place_in_mesh(node) {
+            text = format!("{text}: {place}");
+        }
         let mut line = |name: &str, value: String| {
             // Writing into a string cannot fail.
             let _ = write!(text, "\n{name}: {value}");

@@ -99,7 +99,7 @@ impl View for NodesView {
 impl NodesView {
     /// Shows the outline: the tree as rows that unfold. Only the rows in view are laid out.
     fn outline(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        heading(ui, shown.accel.scene.primitive_names()[1]);
+        heading(ui, shown.primitive_names(0)[1]);
         let selected = state.selection.nodes.selected.filter(|&node| (node as usize) < shown.table.len());
         self.outline.follow(&shown.accel, &shown.table);
         let revealed = selected.and_then(|node| self.outline.reveal(node, &shown.table));
