@@ -1,5 +1,7 @@
 //! Options of loading.
 
+use serde::{Deserialize, Serialize};
+
 /// Permissions of a loader, and the part of a file that it reads.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
@@ -15,7 +17,8 @@ pub struct LoadOptions {
 
 /// Form of a scene that is made of copies of meshes: flat, with triangles for each copy, or in two levels, with each mesh once and a tree over
 /// the copies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Instancing {
     /// Flat where that fits into the memory budget.
     #[default]

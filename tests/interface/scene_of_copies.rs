@@ -35,9 +35,74 @@ fn a_click_selects_a_copy_and_hiding_it_shows_what_is_behind() {
     assert_ne!(picked(&harness), Some(first), "the hidden copy lets rays pass");
 }
 
+/// The tree goes on in the mesh of a copy: depths, nodes, triangles and hidden ones do, and the picture stays.
+#[test]
+fn an_unfolded_copy_goes_on_in_its_mesh() {
+    let mut harness = app_of_copies();
+    let before = presented(&harness).clone();
+    let at = viewport(&harness).center();
+    click(&mut harness, at);
+    settle(&mut harness);
+    let state = |harness: &Window| harness.state().state.selection.clone();
+    let copy = state(&harness).picked.expect("a copy is picked").primitive;
+    let leaf = state(&harness).nodes.selected.unwrap();
+    Action::ToggleUnfolded.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    let shown = presented(&harness).clone();
+    assert_eq!(shown.accel.scene.unfolded.copies.iter().map(|one| one.copy).collect::<Vec<_>>(), [copy]);
+    assert_eq!(shown.accel.tree.container_kind(), ContainerKind::Oriented);
+    let selected = state(&harness).nodes.selected.unwrap();
+    assert_eq!(state(&harness).picked, None, "no triangle of the copy was picked");
+    assert_eq!(shown.table.depth(selected), before.table.depth(leaf), "its leaf is selected still");
+    assert!(!shown.table.is_leaf(selected) && shown.table.max_depth() > before.table.max_depth());
+    assert_eq!(shown.frame.rgba, before.frame.rgba, "the same rays");
+    // A click goes on to the triangle, whose leaf has a place in the mesh.
+    click(&mut harness, at);
+    settle(&mut harness);
+    let picked = state(&harness).picked.expect("a triangle is picked");
+    let (of, triangle) = shown.accel.scene.copy_of(picked.primitive).unwrap();
+    assert_eq!((of, triangle.is_some()), (copy, true));
+    assert!(picked.path.contains(&selected) && picked.path.len() as u32 > shown.table.depth(selected) + 2);
+    assert!(harness.query_by_label_contains(&format!("copy {copy} / node")).is_some());
+    assert!(harness.query_by_label_contains("Triangles below").is_some());
+    // A part of the mesh is hidden, is found again when another copy is unfolded too, and is shown when this one is folded.
+    harness.state_mut().state.wanted.overlay.hide_triangles = true;
+    Action::SelectParent.perform(&mut harness.state_mut().state);
+    Action::HideSelected.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    let hidden = |harness: &Window| harness.state().state.selection.nodes.hidden.len();
+    let bare = presented(&harness).frame.rgba.clone();
+    assert!(hidden(&harness) == 1 && bare != before.frame.rgba);
+    Action::UnfoldAll.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!((hidden(&harness), &presented(&harness).frame.rgba), (1, &bare));
+    assert_eq!(presented(&harness).accel.scene.unfolded.copies.len(), 61);
+    assert_eq!(errors(&harness), [""; 0]);
+    Action::FoldAll.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    assert_eq!((hidden(&harness), &presented(&harness).frame.rgba), (0, &before.frame.rgba));
+    assert_eq!(presented(&harness).accel.tree.container_kind(), ContainerKind::Aabb);
+    harness.state_mut().state.undo();
+    settle(&mut harness);
+    assert_eq!(presented(&harness).accel.scene.unfolded.copies.len(), 61);
+}
+
 #[test]
 fn every_view_and_shading_answers() {
+    every_view_answers(&[]);
+}
+
+#[test]
+fn every_view_and_shading_answers_where_copies_are_unfolded() {
+    every_view_answers(&[Action::UnfoldAll]);
+}
+
+fn every_view_answers(first: &[Action]) {
     let mut harness = app_of_copies();
+    for action in first {
+        action.perform(&mut harness.state_mut().state);
+        settle(&mut harness);
+    }
     for view in views::names() {
         harness.state_mut().state.preferences.dock.show(view);
         settle(&mut harness);

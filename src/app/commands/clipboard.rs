@@ -25,6 +25,7 @@ pub fn shared_state(state: &AppState) -> SharedState {
     let tree = state.presented_tree();
     SharedState {
         wanted,
+        copies: state.model.load_options.instances,
         show_geometry: state.preferences.show_geometry,
         show_containers: state.preferences.show_containers,
         dock: state.preferences.dock.open.clone(),
@@ -74,7 +75,7 @@ fn with_model_here(state: &AppState, mut shared: SharedState) -> Result<(SharedS
 /// Shows a state. What it selects is selected once its tree is there.
 pub fn show_state(state: &mut AppState, shared: SharedState) {
     let own_view = shared.has_own_view();
-    let SharedState { wanted, show_geometry, show_containers, dock, nodes, picture, views, paper } = shared;
+    let SharedState { wanted, copies, show_geometry, show_containers, dock, nodes, picture, views, paper } = shared;
     let before = std::mem::replace(&mut state.wanted, wanted);
     let new = std::mem::replace(&mut state.wanted.source, before.source);
     let is_open = is_same(&new, &state.wanted.source);
@@ -88,6 +89,7 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
             state.wanted.camera = state.wanted.camera.shifted(shift);
         }
         state.wanted.moment = state.clip().map(|(moment, _)| moment);
+        state.model.load_options.instances = copies;
     }
     match (is_open, own_view) {
         (true, true) => camera::reset(state, NamedView::Default),
@@ -95,7 +97,8 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
         (false, own_view) => {
             let Wanted { camera, offset, .. } = state.wanted;
             let camera = (!own_view).then(|| CameraChoice::in_file(camera, offset));
-            state.activity.requests.push(Request::OpenShared(new, state.wanted.tree_files.clone(), camera));
+            let tree_files = state.wanted.tree_files.clone();
+            state.activity.requests.push(Request::OpenShared { source: new, copies, tree_files, camera });
         }
     }
     // A fixed range of the heat map belongs to what is shown with it.

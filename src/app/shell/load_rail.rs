@@ -58,6 +58,8 @@ pub(crate) struct LoadRail {
     first_camera: Option<CameraChoice>,
     /// The camera of the newest loaded scene until that is presented.
     next_camera: Option<Camera>,
+    /// The form of the copies of the next model; `None` for that of the options.
+    next_form: Option<Instancing>,
     /// The model on the screen as it was loaded, until the newest one is presented.
     before: Option<Arc<Scene>>,
 }
@@ -74,6 +76,7 @@ impl LoadRail {
             keep_camera: false,
             first_camera: None,
             next_camera: None,
+            next_form: None,
             before: None,
         })
     }
@@ -87,6 +90,11 @@ impl LoadRail {
     /// Sets the camera of the next scene.
     pub(crate) fn set_next_view(&mut self, camera: CameraChoice) {
         self.first_camera = Some(camera);
+    }
+
+    /// Sets the form of the copies of the next scene; `None` for that of the options.
+    pub(crate) const fn set_next_form(&mut self, form: Option<Instancing>) {
+        self.next_form = form;
     }
 
     /// Sets whether the next scene keeps the present camera if the scene is in its view.
@@ -115,7 +123,8 @@ impl LoadRail {
         // Scene and form were chosen for the model that is loaded.
         let is_loaded = self.loaded.as_ref().is_none_or(|loaded| loaded.source == *source);
         let chosen = (options.scene, options.instances);
-        let (scene, instances) = if is_loaded { chosen } else { (None, self.options.instances) };
+        let (scene, instances) =
+            if is_loaded { chosen } else { (None, self.next_form.unwrap_or(self.options.instances)) };
         let key = LoadKey { source: source.clone(), scene, instances, generation: self.generation };
         if self.loaded.as_ref() == Some(&key) {
             self.latest.stop();
@@ -173,7 +182,7 @@ impl LoadRail {
             None if keep => present,
             None => NamedView::Default.camera_in(&scene, scene.up, state.layout.aspect()),
         });
-        self.keep_camera = false;
+        (self.keep_camera, self.next_form) = (false, None);
         state.model.load_options.scene = key.scene;
         if !is_loaded {
             state.model.load_options.instances = key.instances;

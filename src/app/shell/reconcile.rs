@@ -17,7 +17,7 @@ use crate::app::shell::render_rail::RenderRail;
 use crate::app::shell::second_rail::SecondRail;
 use crate::app::state::{AppState, HiddenNodes, JobStatus, Severity, TreeSide};
 use crate::app::studies::latest::{Polled, report_panic};
-use crate::scene::{LoadOptions, Scene, SceneSource};
+use crate::scene::{Instancing, LoadOptions, Scene, SceneSource};
 use crate::view::CameraChoice;
 use crate::visibility::TriangleSet;
 use bvhscope_engine::builders::BuildError;
@@ -69,10 +69,16 @@ impl Reconciler {
         self.render.set_full_resolution(always_at_rest);
     }
 
+    /// Sets the form of the copies of the next scene.
+    pub(crate) const fn set_next_form(&mut self, form: Instancing) {
+        self.load.set_next_form(Some(form));
+    }
+
     /// Makes `source` the wanted model; if it already is, it is read again. With `keep_camera` the present camera stays if the
     /// model is in its view.
     pub(crate) fn open(&mut self, source: SceneSource, keep_camera: bool, state: &mut AppState) {
         self.load.set_keep_camera(keep_camera);
+        self.load.set_next_form(None);
         if state.wanted.source == source {
             self.load.reload();
         } else {

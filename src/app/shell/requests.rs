@@ -104,7 +104,7 @@ impl BackgroundTasks {
         for request in std::mem::take(&mut state.activity.requests) {
             match request {
                 Request::Open(source) => open(source, false, reconciler, state),
-                Request::OpenShared(source, tree_files, camera) => {
+                Request::OpenShared { source, copies, tree_files, camera } => {
                     if let Some(camera) = camera {
                         reconciler.set_next_view(camera);
                     }
@@ -112,6 +112,7 @@ impl BackgroundTasks {
                     let unfolded = state.wanted.unfolded.clone();
                     let ray_file = state.wanted.ray_file.clone();
                     open(source, false, reconciler, state);
+                    reconciler.set_next_form(copies);
                     (state.wanted.tree_files, state.wanted.ray_file) = (tree_files, ray_file);
                     (state.wanted.moment, state.wanted.follow, state.wanted.second) = (moment, follow, second);
                     state.wanted.unfolded = unfolded;

@@ -319,8 +319,17 @@ impl ViewDirection {
 pub enum Request {
     /// Open this model.
     Open(SceneSource),
-    /// Open this model with its trees in these files, and look at it from this camera.
-    OpenShared(SceneSource, [Option<PathBuf>; 2], Option<CameraChoice>),
+    /// Open the model of a shared state.
+    OpenShared {
+        /// The model.
+        source: SceneSource,
+        /// The form of its copies.
+        copies: Instancing,
+        /// The files of its trees.
+        tree_files: [Option<PathBuf>; 2],
+        /// The camera to look at it from; `None` for its default view.
+        camera: Option<CameraChoice>,
+    },
     /// Read a tree of the present model from this file.
     OpenTree(TreeSide, PathBuf),
     /// Read a tree from a file chosen in the desktop's file dialog.

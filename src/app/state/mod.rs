@@ -341,7 +341,7 @@ impl AppState {
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
     /// traversal; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
-        if self.activity.requests.iter().any(|request| matches!(request, Request::OpenShared(..))) {
+        if self.activity.requests.iter().any(|request| matches!(request, Request::OpenShared { .. })) {
             // The range is that of the model that is about to be opened.
             return;
         }

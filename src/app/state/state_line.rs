@@ -15,7 +15,7 @@ use crate::app::state::paper::PaperPlan;
 use crate::app::state::shared_picture::SharedPicture;
 use crate::app::state::views::SharedViews;
 use crate::app::state::wanted::Wanted;
-use crate::scene::SceneSource;
+use crate::scene::{Instancing, SceneSource};
 use crate::text::{quote, unquote};
 
 /// Version of the line. A line of another version is refused.
@@ -28,6 +28,9 @@ const COMMAND: &str = "bvhscope --state ";
 pub struct SharedState {
     /// Model, tree, camera, picture, containers.
     pub wanted: Wanted,
+    /// The form of copies of meshes.
+    #[serde(default)]
+    pub copies: Instancing,
     /// The traced picture is shown.
     pub show_geometry: bool,
     /// Containers are drawn.
@@ -63,6 +66,7 @@ impl Default for SharedState {
     fn default() -> Self {
         Self {
             wanted: Wanted::new(SceneSource::default_builtin()),
+            copies: Instancing::default(),
             show_geometry: true,
             show_containers: true,
             dock: None,
@@ -195,6 +199,8 @@ mod tests {
         state.wanted.camera.eye = glam::Vec3::new(0.1, -2.5, 1e-7);
         state.wanted.render.shading = Shading::ALL.into_iter().last().unwrap();
         state.wanted.overlay.depth = Some([3, 9]);
+        state.copies = Instancing::TwoLevel;
+        state.wanted.unfolded = [4, 5, 9].into_iter().collect();
         let only = Some(vec![[0, 3], [7, 7]]);
         state.nodes = SharedNodes { selected: Some(12), hidden: [4, 9].into(), only, ..SharedNodes::default() };
         state.dock = Some("Nodes".to_owned());

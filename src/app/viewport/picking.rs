@@ -10,6 +10,7 @@ use crate::app::state::{AppState, PickedTriangle, Presented, SecondNodes, TreeSi
 use crate::camera::Camera;
 use crate::overlay::OverlaySettings;
 use crate::render::Frame;
+use crate::visibility::NodeIdentity;
 
 /// The surface point at pixel (x, y), at full resolution, of `frame`; `None` on the background.
 pub fn surface_point(frame: &Frame, x_px: u32, y_px: u32) -> Option<Vec3> {
@@ -66,8 +67,12 @@ pub fn pick_for_menu(state: &mut AppState, primitive: Option<u32>) {
 /// The selection in terms that do not depend on node indices, to be restored in another tree of the same scene.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PortableSelection {
-    /// The picked triangle, as hits name it.
+    /// The picked triangle, as hits name it, unless it is a copy whose triangles the tree does not have.
     picked: Option<u32>,
+    /// The picked copy.
+    copy: Option<u32>,
+    /// The selected node in a scene of copies, in which others may be unfolded.
+    identity: Option<NodeIdentity>,
     /// The selected node: a triangle below it, and its depth; `None` for the triangle's leaf.
     node: Option<(u32, Option<usize>)>,
 }
@@ -88,7 +93,13 @@ pub(crate) fn portable_selection(state: &AppState) -> PortableSelection {
     // Primitives have other numbers where other copies are unfolded.
     let hit = |primitive| state.model.presented.as_ref().map_or(primitive, |shown| shown.accel.scene.hit_of(primitive));
     let node = node.map(|(primitive, depth)| (hit(primitive), depth));
-    PortableSelection { picked: state.selection.picked.as_ref().map(|picked| hit(picked.primitive)), node }
+    let picked = state.selection.picked.as_ref().map(|picked| picked.primitive);
+    let shown = state.model.presented.as_ref().filter(|shown| shown.accel.scene.copies.is_some());
+    let copy_of = |primitive| shown.and_then(|shown| shown.accel.scene.copy_of(primitive));
+    let copy = picked.and_then(copy_of).and_then(|(copy, triangle)| triangle.is_none().then_some(copy));
+    let identity =
+        shown.zip(state.selection.nodes.selected).and_then(|(shown, node)| NodeIdentity::of(&shown.accel, node));
+    PortableSelection { picked: picked.filter(|_| copy.is_none()).map(hit), copy, identity, node }
 }
 
 /// Restores a selection in the presented tree: the same triangle, and in place of the selected node the ancestor of its triangle
@@ -97,13 +108,19 @@ pub(crate) fn restore_selection(state: &mut AppState, selection: PortableSelecti
     // The selection in the second tree stays.
     let of_second = (state.selection.second, state.selection.side);
     let Some(scene) = state.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel.scene)) else { return };
-    let primitive_of = |hit: Option<u32>| hit.map(|hit| scene.primitive_of(hit));
-    pick(state, primitive_of(selection.picked));
+    // A copy that is unfolded now has many triangles, none of which was picked.
+    let copy = selection.copy.filter(|copy| !scene.unfolded.ranges.contains(*copy));
+    pick(state, copy.or(selection.picked.map(|hit| scene.primitive_of(hit))));
     (state.selection.second, state.selection.side) = of_second;
     let Some((hit, depth)) = selection.node else {
         state.selection.nodes.selected = None;
         return;
     };
+    let accel = state.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel));
+    if let Some(node) = selection.identity.zip(accel).and_then(|(identity, accel)| identity.find(&accel)) {
+        state.selection.nodes.selected = Some(node);
+        return;
+    }
     let primitive = scene.primitive_of(hit);
     let path = state.model.presented.as_ref().map_or_else(Vec::new, |shown| shown.accel.path_to(primitive));
     let leaf = path.last().copied();

@@ -14,9 +14,10 @@ use crate::app::state::model::Presented;
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
+use crate::scene::Instancing;
 
 /// The built-in lessons, in the order of the menu.
-pub const LESSONS: [&str; 8] = [
+pub const LESSONS: [&str; 9] = [
     include_str!("../../../../assets/lessons/1-what-a-tree-saves.txt"),
     include_str!("../../../../assets/lessons/2-two-phases.txt"),
     include_str!("../../../../assets/lessons/3-threshold-and-reduction.txt"),
@@ -25,6 +26,7 @@ pub const LESSONS: [&str; 8] = [
     include_str!("../../../../assets/lessons/6-why-here.txt"),
     include_str!("../../../../assets/lessons/7-refit-or-rebuild.txt"),
     include_str!("../../../../assets/lessons/8-blade-of-grass.txt"),
+    include_str!("../../../../assets/lessons/9-where-the-houses-stop.txt"),
 ];
 
 /// The lesson that is being read.
@@ -56,10 +58,13 @@ impl Reading {
     /// camera is `camera`.
     pub fn measure(&mut self, shown: &Presented, camera: &Camera) {
         let state = &self.current().state;
+        let is_two_level = shown.accel.scene.copies.is_some();
         let same = shown.accel.file.is_none()
             && shown.accel.settings == state.wanted.build
             && shown.accel.scene.source == state.wanted.source
             && shown.accel.scene.moment == state.wanted.moment
+            && shown.accel.scene.unfolded.ranges == shown.accel.scene.copies_among(&state.wanted.unfolded)
+            && (state.copies == Instancing::Auto || is_two_level == (state.copies == Instancing::TwoLevel))
             && shown.accel.follow == state.wanted.follow_at(TreeSide::A, state.wanted.moment)
             && shown.frame.settings.shading == state.wanted.render.shading
             && shown.frame.camera == *camera

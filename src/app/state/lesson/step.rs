@@ -119,7 +119,7 @@ impl Numbers {
         let count = |value: u64| (value as f64, format::count(value));
         let decimal = |value: f64| (value, format::significant(value));
         let numbers = [
-            count(shown.accel.scene.triangles.len() as u64),
+            count(shown.accel.scene.triangle_count()),
             count(stats.nodes as u64),
             count(stats.leaves as u64),
             count(u64::from(stats.max_depth)),
