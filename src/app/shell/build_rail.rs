@@ -184,7 +184,7 @@ mod tests {
 
     use super::*;
     use crate::app::shell::build_job::BuildJob;
-    use crate::scene::{LoadOptions, SceneSource, load};
+    use crate::scene::{CopyRanges, LoadOptions, SceneSource, load};
     use bvhscope_engine::cancel::CancelToken;
 
     /// Waits for the tree that was requested.

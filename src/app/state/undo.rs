@@ -183,7 +183,10 @@ impl Snapshot {
 
     /// The settings of the step, but what is not undone as in `now`. The background is the theme's.
     fn over(&self, now: &Wanted) -> Wanted {
+        // Copies have numbers in their own model.
+        let of_model = if self.wanted.source == now.source { &self.wanted } else { now };
         Wanted {
+            unfolded: of_model.unfolded.clone(),
             source: now.source.clone(),
             moment: now.moment,
             camera: now.camera,
