@@ -3,13 +3,12 @@
 use std::ops::ControlFlow;
 
 use crate::builders::{BuildError, Items, build_over_items};
-use crate::bvh::report::BuildReport;
+use crate::bvh::report::{BuildReport, LazyReport};
 use crate::bvh::wide::WideBvh;
 use crate::cancel::CancelToken;
-use crate::geometry::{Ray, Triangle};
+use crate::geometry::Ray;
 use crate::settings::BuildSettings;
 use crate::tree::AnyTree;
-use crate::tree::statistics::tree_stats;
 
 /// A bounding volume hierarchy over items of the caller's own, such as curves, points, solids or whole meshes, of which it knows the
 /// containers alone: boxes, spheres or 14-DOPs. Queries hand over the items whose boxes a ray meets, and the caller intersects them.
@@ -34,7 +33,7 @@ use crate::tree::statistics::tree_stats;
 pub struct ItemBvh {
     tree: AnyTree,
     wide: WideBvh,
-    report: BuildReport,
+    report: LazyReport,
 }
 
 /// The nearest hit of a ray with an item.
@@ -64,14 +63,7 @@ impl ItemBvh {
         let items = items.into();
         let stand_ins = items.stand_ins(token)?;
         let (tree, stages) = build_over_items(&items, &stand_ins, settings, token)?;
-        let report = BuildReport {
-            build_time: stages.total(),
-            stages,
-            threads: rayon::current_num_threads(),
-            stats: tree_stats(&tree, token)?,
-            tree_bytes: tree.bytes(),
-            triangle_bytes: size_of::<Triangle>() * stand_ins.len(),
-        };
+        let report = LazyReport::new(stages, size_of_val(&stand_ins[..]));
         let wide = WideBvh::new(&tree, &stand_ins, token)?;
         Ok(Self { tree, wide, report })
     }
@@ -91,9 +83,9 @@ impl ItemBvh {
         self.wide
     }
 
-    /// Times, statistics and sizes of the build; an item counts as a triangle.
+    /// Times, statistics and sizes of the build; an item counts as a triangle. The first call takes a pass over the tree.
     pub fn report(&self) -> &BuildReport {
-        &self.report
+        self.report.of(&self.tree)
     }
 
     /// Calls `visit` with each item whose box `ray` meets between its `t_min` and `t_max`, items in nearer containers first, and with the

@@ -14,6 +14,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Hit, Ray, Triangle};
 use crate::query::{self, ClosestPoint, HitLists};
 use crate::settings::BuildSettings;
+use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
 use crate::tree::overlap::{EndPointOverlap, end_point_overlap};
 use crate::tree::statistics::{TreeStats, tree_stats};
@@ -23,6 +24,8 @@ use crate::with_tree;
 
 pub use items::{ItemBvh, ItemHit};
 pub use report::BuildReport;
+
+use report::LazyReport;
 pub use wide::WideBvh;
 
 /// A bounding volume hierarchy over a list of triangles, ready to be traced. Made by [`build`]; immutable, `Send` and `Sync`.
@@ -44,7 +47,7 @@ pub use wide::WideBvh;
 pub struct Bvh {
     tree: AnyTree,
     wide: WideBvh,
-    report: BuildReport,
+    report: LazyReport,
 }
 
 /// The binary tree of a build with its report, not yet collapsed into a wide one.
@@ -85,9 +88,26 @@ pub struct BinaryBvh {
 /// # Ok::<(), bvhscope_engine::BuildError>(())
 /// ```
 pub fn build(triangles: &[Triangle], settings: &BuildSettings, token: &CancelToken) -> Result<Bvh, BuildError> {
-    let BinaryBvh { tree, report } = BinaryBvh::build(triangles, settings, token)?;
+    let (tree, stages) = checked_tree(triangles, settings, None, token)?;
     let wide = WideBvh::new(&tree, triangles, token)?;
-    Ok(Bvh { tree, wide, report })
+    Ok(Bvh { tree, wide, report: LazyReport::new(stages, size_of_val(triangles)) })
+}
+
+/// The binary tree over `triangles`, which debug builds validate, and the time of its stages.
+fn checked_tree(
+    triangles: &[Triangle],
+    settings: &BuildSettings,
+    cache: Option<&mut BuildCache>,
+    token: &CancelToken,
+) -> Result<(AnyTree, StageTimes), BuildError> {
+    let (tree, stages) = build_binary_with_cache(triangles, settings, cache, token)?;
+    if cfg!(debug_assertions)
+        && let Err(broken) = validate(&tree, triangles)
+    {
+        unreachable!("the builder made a broken tree: {broken}");
+    }
+    token.check()?;
+    Ok((tree, stages))
 }
 
 impl BinaryBvh {
@@ -103,25 +123,12 @@ impl BinaryBvh {
         mut cache: Option<&mut BuildCache>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        let (tree, stages) = build_binary_with_cache(triangles, settings, cache.as_deref_mut(), token)?;
-        if cfg!(debug_assertions)
-            && let Err(broken) = validate(&tree, triangles)
-        {
-            unreachable!("the builder made a broken tree: {broken}");
-        }
-        token.check()?;
+        let (tree, stages) = checked_tree(triangles, settings, cache.as_deref_mut(), token)?;
         let stats = match cache.and_then(BuildCache::take_stats) {
             Some(stats) => stats,
             None => tree_stats(&tree, token)?,
         };
-        let report = BuildReport {
-            build_time: stages.total(),
-            stages,
-            threads: rayon::current_num_threads(),
-            stats,
-            tree_bytes: tree.bytes(),
-            triangle_bytes: size_of_val(triangles),
-        };
+        let report = BuildReport::new(stages, &tree, stats, size_of_val(triangles));
         Ok(Self { tree, report })
     }
 }
@@ -137,9 +144,9 @@ impl Bvh {
         &self.wide
     }
 
-    /// Times, statistics and sizes of the build.
+    /// Times, statistics and sizes of the build. The first call takes a pass over the tree, in the calling thread's rayon pool.
     pub fn report(&self) -> &BuildReport {
-        &self.report
+        self.report.of(&self.tree)
     }
 
     /// Statistics of the binary tree: counts of nodes and leaves, depths, leaf sizes, SAH cost.
@@ -156,7 +163,7 @@ impl Bvh {
     /// # Ok::<(), bvhscope_engine::BuildError>(())
     /// ```
     pub fn statistics(&self) -> &TreeStats {
-        &self.report.stats
+        &self.report().stats
     }
 
     /// The nearest hit of `ray`; `None` where it misses. Equal distances go to the lower primitive index.

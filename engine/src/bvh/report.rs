@@ -1,10 +1,13 @@
 //! The report of a build.
 
+use std::sync::OnceLock;
 use std::time::Duration;
 
+use crate::cancel::CancelToken;
 use crate::geometry::Triangle;
 use crate::stage_times::StageTimes;
-use crate::tree::statistics::TreeStats;
+use crate::tree::AnyTree;
+use crate::tree::statistics::{TreeStats, tree_stats};
 
 /// Times, statistics and sizes of one build.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +26,42 @@ pub struct BuildReport {
     pub triangle_bytes: usize,
 }
 
+/// A report whose statistics are taken on the first request, as they take as long as a fifth of a fast build.
+#[derive(Debug)]
+pub(super) struct LazyReport {
+    stages: StageTimes,
+    threads: usize,
+    triangle_bytes: usize,
+    report: OnceLock<BuildReport>,
+}
+
+impl LazyReport {
+    /// Of a build in the calling thread's rayon pool, over triangles or items of so many bytes.
+    pub(super) fn new(stages: StageTimes, triangle_bytes: usize) -> Self {
+        Self { stages, threads: rayon::current_num_threads(), triangle_bytes, report: OnceLock::new() }
+    }
+
+    /// The report; `tree` is the one that was built.
+    pub(super) fn of(&self, tree: &AnyTree) -> &BuildReport {
+        self.report.get_or_init(|| {
+            let Ok(stats) = tree_stats(tree, &CancelToken::new()) else {
+                unreachable!("this token is never cancelled")
+            };
+            BuildReport {
+                threads: self.threads,
+                ..BuildReport::new(self.stages.clone(), tree, stats, self.triangle_bytes)
+            }
+        })
+    }
+}
+
 impl BuildReport {
+    /// Of a build in the calling thread's rayon pool.
+    pub(super) fn new(stages: StageTimes, tree: &AnyTree, stats: TreeStats, triangle_bytes: usize) -> Self {
+        let (build_time, threads, tree_bytes) = (stages.total(), rayon::current_num_threads(), tree.bytes());
+        Self { stages, build_time, threads, stats, tree_bytes, triangle_bytes }
+    }
+
     /// Adds a stage that ran beside the builder's.
     pub fn add_stage(&mut self, name: &'static str, time: Duration) {
         self.stages.stages.push((name, time));
