@@ -11,17 +11,16 @@ mod reading;
 mod trace;
 pub mod tracer;
 mod two_levels;
+mod written;
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
-use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::construction::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
 use bvhscope_engine::fingerprint;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
 use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
-use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::tree::{ContainerKind, Tree};
 use bvhscope_engine::with_tree;
@@ -37,6 +36,7 @@ use crate::scene::Scene;
 pub use file_tree::FileTree;
 pub use follow::Follow;
 pub use two_levels::TwoLevels;
+pub use written::FileTrees;
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
@@ -253,14 +253,7 @@ impl Accel {
         tree: AnyTree,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
-        let report = BuildReport {
-            stages: StageTimes::default(),
-            build_time: Duration::ZERO,
-            threads: rayon::current_num_threads(),
-            stats: tree_stats(&tree, token)?,
-            tree_bytes: tree.bytes(),
-            triangle_bytes: size_of_val(&scene.triangles[..]),
-        };
+        let report = BuildReport::of_tree(&tree, &scene.triangles, token)?;
         Ok(Self::new(scene, settings, tree, report, NodeRecycler::default()))
     }
 

@@ -23,6 +23,8 @@ pub struct FileTree {
     pub empty_nodes: u32,
     /// The number of each node in the file; `None` where all have the same.
     pub numbers: Option<Vec<u32>>,
+    /// In two levels: the numbers that the author of the file gave to the copies; `None` where it has none.
+    pub ids: Option<Vec<u32>>,
 }
 
 impl FileTree {

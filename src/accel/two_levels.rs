@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use bvhscope_engine::{BuildError, BuildSettings, CancelToken, InstanceHit, Instances, MeshCopies, WideBvh, build};
+use bvhscope_engine::{
+    AnyTree, BuildError, BuildSettings, Bvh, CancelToken, InstanceHit, Instances, MeshCopies, WideBvh, build,
+};
 
 use crate::scene::SceneCopies;
 
@@ -24,6 +26,22 @@ impl TwoLevels {
     ) -> Result<Self, BuildError> {
         let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
         let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
+        Self::over(scene, meshes, top)
+    }
+
+    /// `trees` of the meshes that were made elsewhere below `top`.
+    pub(super) fn of_trees(
+        scene: &Arc<SceneCopies>,
+        top: &Arc<WideBvh>,
+        trees: Vec<AnyTree>,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let mesh = |(number, tree)| Ok(Arc::new(Bvh::of_tree(tree, scene.mesh(number), token)?));
+        let meshes = (0_u32..).zip(trees).map(mesh).collect::<Result<_, BuildError>>()?;
+        Self::over(scene, meshes, top)
+    }
+
+    fn over(scene: &Arc<SceneCopies>, meshes: Vec<Arc<Bvh>>, top: &Arc<WideBvh>) -> Result<Self, BuildError> {
         let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
         Ok(Self { scene: Arc::clone(scene), wide: Instances::over(Arc::new(copies), Arc::clone(top)) })
     }

@@ -8,15 +8,14 @@ use super::moments::{MomentChoice, check_follow};
 use super::picture::check_written;
 use super::progress::Progress;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::accel::Follow;
 use crate::accel::followed::FollowSession;
+use crate::accel::{FileTrees, Follow};
 use crate::export::{Protected, cannot_be_written, check_target, write_file, wrong_ending};
 use crate::scene::SceneSource;
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree_file::{Header, write_nodes_csv, write_nodes_json, write_tree};
-use bvhscope_engine::{AnyTree, Triangle};
+use bvhscope_engine::tree_file::{write_nodes_csv, write_nodes_json};
 
 /// Settings of `tree`.
 #[derive(Debug, Clone)]
@@ -85,21 +84,19 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_target(&command.output, &read)?;
-    needs_triangles(&scene, "tree")?;
+    if form != Form::Tree {
+        needs_triangles(&scene, "tree -o FILE.csv")?;
+    }
     let token = &context.token;
     let progress = Progress::new("Building", token);
-    let (accel, wide) = in_pool(|| {
+    let accel = in_pool(|| {
         let follow = (command.follow, &mut FollowSession::default());
-        let accel = command.tree.accel(&scene, &command.source, &command.build, follow, token)?;
-        let wide = if command.wide { accel.widen(token)?.tree.to_tree(&accel.tree, token)? } else { None };
-        Ok::<_, Failure>((accel, wide))
+        command.tree.accel(&scene, &command.source, &command.build, follow, token)
     })?;
-    let header = accel.file_header(command.wide);
+    let trees = in_pool(|| accel.file_trees(command.wide, token))?;
     progress.set_label("Writing");
-    let tree = wide.as_ref().unwrap_or(&accel.tree);
-    let corners = command.with_triangles.then_some(&scene.triangles[..]);
     let written = write_file(&command.output, &read, |writer| {
-        write(form, tree, &header, corners, writer, token).map_err(|error| cannot_be_written(&error))
+        write(command, form, &trees, writer, token).map_err(|error| cannot_be_written(&error))
     });
     check_written(written, token)?;
     drop(progress);
@@ -108,16 +105,15 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
 }
 
 fn write(
+    command: &TreeCommand,
     form: Form,
-    tree: &AnyTree,
-    header: &Header,
-    corners: Option<&[Triangle]>,
+    trees: &FileTrees<'_>,
     writer: &mut dyn Write,
     token: &CancelToken,
 ) -> std::io::Result<()> {
     match form {
-        Form::Tree => write_tree(tree, header, corners, writer, token),
-        Form::Csv => write_nodes_csv(tree, writer, token),
-        Form::Json => write_nodes_json(tree, header, writer, token),
+        Form::Tree => trees.write(command.with_triangles, writer, token),
+        Form::Csv => write_nodes_csv(trees.top(), writer, token),
+        Form::Json => write_nodes_json(trees.top(), &trees.header(), writer, token),
     }
 }

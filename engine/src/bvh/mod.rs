@@ -127,6 +127,18 @@ impl BinaryBvh {
 }
 
 impl Bvh {
+    /// A hierarchy whose `tree` over `triangles`, of any arity, was made elsewhere, such as one of a file: makes the wide tree. The times of
+    /// its report are zero.
+    ///
+    /// # Errors
+    ///
+    /// Once `token` is cancelled.
+    pub fn of_tree(tree: AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        let wide = WideBvh::new(&tree, triangles, token)?;
+        let report = BuildReport::of_tree(&tree, triangles, token)?;
+        Ok(Self { tree, wide, report })
+    }
+
     /// The binary tree as the builder made it.
     pub fn tree(&self) -> &AnyTree {
         &self.tree

@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::stage_times::StageTimes;
-use crate::tree::statistics::TreeStats;
+use crate::tree::AnyTree;
+use crate::tree::statistics::{TreeStats, tree_stats};
 
 /// Times, statistics and sizes of one build.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,22 @@ pub struct BuildReport {
 }
 
 impl BuildReport {
+    /// The report of a `tree` over `triangles` that was made elsewhere: its times are zero.
+    ///
+    /// # Errors
+    ///
+    /// Once `token` is cancelled.
+    pub fn of_tree(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        Ok(Self {
+            stages: StageTimes::default(),
+            build_time: Duration::ZERO,
+            threads: rayon::current_num_threads(),
+            stats: tree_stats(tree, token)?,
+            tree_bytes: tree.bytes(),
+            triangle_bytes: size_of_val(triangles),
+        })
+    }
+
     /// Adds a stage that ran beside the builder's.
     pub fn add_stage(&mut self, name: &'static str, time: Duration) {
         self.stages.stages.push((name, time));

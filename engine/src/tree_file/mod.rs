@@ -35,6 +35,8 @@ mod layout;
 
 mod bounds_problem;
 
+mod which_tree;
+
 mod error;
 
 mod header;
@@ -55,7 +57,13 @@ mod faults;
 
 mod read;
 
+mod top_faults;
+
+mod two_levels;
+
 mod write;
+
+mod write_levels;
 
 mod nodes;
 
@@ -64,8 +72,11 @@ pub use bounds_problem::BoundsProblem;
 pub use error::TreeFileError;
 pub use faults::{Fault, FaultKind};
 pub use header::Header;
-pub use layout::{ArrayName, VERSION};
+pub use layout::{ArrayName, VERSION, VERSION_TWO_LEVELS};
 pub use nodes::{write_nodes_csv, write_nodes_json};
-pub use read::{TreeFile, has_corners, is_tree_file, read_corners, read_header};
+pub use read::{TreeFile, has_corners, is_tree_file, is_two_levels, read_corners, read_header};
 pub use serde_json;
+pub use two_levels::{FileMesh, Instance, KnownScene, LevelTree, TwoLevelFile, TwoLevelModel};
+pub use which_tree::{Items, WhichTree};
 pub use write::{write_corners, write_tree};
+pub use write_levels::{TwoLevelTrees, write_two_levels};
