@@ -304,10 +304,10 @@ fn instances(
 /// Where the instances of the file stand.
 fn places(instances: &[Instance], meshes: &[FileMesh], token: &CancelToken) -> Result<Vec<Placement>, TreeFileError> {
     let bounds = |mesh: &FileMesh| match &mesh.corners {
-        Some(corners) => corners.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())),
-        None => mesh.boxes().and_then(|tree| tree.nodes.first()).map_or(Aabb::EMPTY, |root| root.container),
+        Some(corners) => around(corners, token),
+        None => Ok(mesh.boxes().and_then(|tree| tree.nodes.first()).map_or(Aabb::EMPTY, |root| root.container)),
     };
-    let bounds: Vec<Aabb> = meshes.iter().map(bounds).collect();
+    let bounds = meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
     let mut places = Vec::with_capacity(instances.len());
     let mut steps = Steps::silent(token);
     for (number, instance) in (0_u32..).zip(instances) {
@@ -316,6 +316,15 @@ fn places(instances: &[Instance], meshes: &[FileMesh], token: &CancelToken) -> R
         places.push(place.map_err(|problem| TreeFileError::Matrix { instance: number, problem })?);
     }
     Ok(places)
+}
+
+/// The box around `triangles`.
+fn around(triangles: &[Triangle], token: &CancelToken) -> Result<Aabb, Cancelled> {
+    let mut steps = Steps::silent(token);
+    triangles.iter().try_fold(Aabb::EMPTY, |all, triangle| {
+        steps.step()?;
+        Ok(all.union(&triangle.bounds()))
+    })
 }
 
 /// Reads the tree over the instances. `trees` are those of the meshes.
@@ -342,11 +351,7 @@ fn read_top(
 /// For an instance of another mesh.
 fn moved(instances: &[Instance], scene: &KnownScene<'_>, token: &CancelToken) -> Result<Option<Fault>, TreeFileError> {
     let mut steps = Steps::silent(token);
-    let bounds: Vec<Aabb> = scene
-        .meshes
-        .iter()
-        .map(|mesh| mesh.iter().fold(Aabb::EMPTY, |all, triangle| all.union(&triangle.bounds())))
-        .collect();
+    let bounds = scene.meshes.iter().map(|mesh| around(mesh, token)).collect::<Result<Vec<Aabb>, Cancelled>>()?;
     let (mut first, mut count, mut largest) = (None, 0_u64, 0.0_f32);
     for (number, (instance, (mesh, place))) in (0_u32..).zip(instances.iter().zip(&scene.instances)) {
         steps.step()?;

@@ -1,10 +1,9 @@
 //! A file of trees in two levels written by hand.
 
+use bvhscope_engine::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
 use bvhscope_engine::tree_file::serde_json::{Map, Value, json};
 use bvhscope_engine::tree_file::{Instance, TwoLevelFile};
-use bvhscope_engine::{CancelToken, Container};
-use glam::Vec3;
 
 use super::draft::{Draft, header, sample, sample_mesh, upright};
 
@@ -106,7 +105,7 @@ pub fn level_sample() -> LevelDraft {
     let matrices = vec![moved_by(0.0, 0.0, 0.0), moved_by(10.0, 0.0, 0.0), moved_by(20.0, 0.0, 0.0)];
     let mesh = sample_mesh();
     let boxes = [around(&matrices[0], &mesh), around(&matrices[1], &mesh), around(&matrices[2], &alone)];
-    let numbers = |bounds: Aabb| [bounds.min, bounds.max].map(Vec3::to_array).concat();
+    let numbers = |bounds: Aabb| [bounds.min, bounds.max].map(<[f32; 3]>::from).concat();
     let pair = boxes[0].union(&boxes[1]);
     let top = Draft {
         bounds: [pair.union(&boxes[2]), pair, boxes[2], boxes[0], boxes[1]].map(numbers).to_vec(),

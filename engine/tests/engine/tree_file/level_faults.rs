@@ -4,7 +4,6 @@ use bvhscope_engine::CancelToken;
 use bvhscope_engine::geometry::{Placement, Triangle};
 use bvhscope_engine::tree_file::serde_json::json;
 use bvhscope_engine::tree_file::{KnownScene, TwoLevelFile, TwoLevelModel};
-use glam::Vec3;
 
 use super::draft::{Draft, NONE, sample, sample_mesh, upright};
 use super::level_draft::{LevelDraft, around, level_sample, moved_by, placement, read_levels};
@@ -203,7 +202,7 @@ fn instances_stand_where_the_model_has_them_and_others_are_listed() {
 /// A mesh with one leaf for each `size` triangles, and one copy of it in a leaf around `bounds`.
 fn one_copy(mesh: &[Triangle], matrix: [f32; 12], bounds: &[f32]) -> LevelDraft {
     let around_all = around(&moved_by(0.0, 0.0, 0.0), mesh);
-    let around_all = [around_all.min, around_all.max].map(Vec3::to_array).concat();
+    let around_all = [around_all.min, around_all.max].map(<[f32; 3]>::from).concat();
     let leaves: Vec<[u32; 2]> =
         (0..mesh.len() as u32).step_by(64).map(|first| [first, 64.min(mesh.len() as u32 - first)]).collect();
     let count = leaves.len();
@@ -251,7 +250,7 @@ fn a_leaf_as_close_as_boxes_can_be_is_right_and_a_last_place_less_is_not() {
     assert!(many.len() > 12_000);
     for (mesh, matrix, is_exact) in [(&few, turned, true), (&many, moved_by(0.3, 0.7, 1e3), false)] {
         let bounds = around(&matrix, mesh);
-        let bounds = [bounds.min, bounds.max].map(Vec3::to_array).concat();
+        let bounds = [bounds.min, bounds.max].map(<[f32; 3]>::from).concat();
         let read = |bounds: &[f32]| faults(&one_copy(mesh, matrix, bounds));
         assert_eq!(read(&bounds), [""; 0]);
         for side in 0..6 {
