@@ -11,7 +11,7 @@ mod reading;
 mod trace;
 pub mod tracer;
 mod two_levels;
-mod written;
+pub mod written;
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::{Duration, Instant};
@@ -36,7 +36,6 @@ use crate::scene::Scene;
 pub use file_tree::FileTree;
 pub use follow::Follow;
 pub use two_levels::TwoLevels;
-pub use written::FileTrees;
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the

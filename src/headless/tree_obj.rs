@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use glam::{DVec3, Vec3};
 
 use super::context::Failure;
-use crate::accel::{Accel, FileTrees};
+use crate::accel::Accel;
+use crate::accel::written::FileTrees;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::tree::Tree;

@@ -254,7 +254,7 @@ pub enum TreeFileError {
     Matrix {
         /// The instance.
         instance: u32,
-        /// What is wrong with its matrix.
+        /// Fault of its matrix.
         problem: &'static str,
     },
     /// An instance in several leaves; holds its number.

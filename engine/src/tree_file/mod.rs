@@ -38,6 +38,8 @@ mod bounds_problem;
 
 mod which_tree;
 
+mod instance;
+
 mod error;
 
 mod header;
@@ -73,11 +75,12 @@ pub use bounds_problem::BoundsProblem;
 pub use error::TreeFileError;
 pub use faults::{Fault, FaultKind};
 pub use header::Header;
+pub use instance::{Instance, KnownScene};
 pub use layout::{ArrayName, VERSION, VERSION_TWO_LEVELS};
 pub use nodes::{write_level_nodes_csv, write_level_nodes_json, write_nodes_csv, write_nodes_json};
 pub use read::{TreeFile, has_corners, is_tree_file, is_two_levels, read_corners, read_header};
 pub use serde_json;
-pub use two_levels::{FileMesh, Instance, KnownScene, LevelTree, TwoLevelFile, TwoLevelModel};
+pub use two_levels::{FileMesh, LevelTree, TwoLevelFile, TwoLevelModel};
 pub use which_tree::{Items, WhichTree};
 pub use write::{write_corners, write_tree};
 pub use write_levels::{TwoLevelTrees, write_two_levels};

@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use glam::{Affine3A, Vec3};
-
 use super::arrays::{Arrays, LevelArrays};
 use super::assemble::{Assembled, assemble};
 use super::error::TreeFileError;
-use super::faults::Fault;
+use super::faults::{Fault, FaultKind};
 use super::header::{Header, LevelCounts, parse};
+use super::instance::{Instance, KnownScene};
 use super::links::{Links, Steps};
 use super::read::{OneTree, allow, check_count, peak_bytes, read_of, triangles};
 use super::top_faults;
@@ -26,32 +25,6 @@ const BYTES_PER_INSTANCE: u64 = 256;
 /// Part of the size of an instance by which it may stand elsewhere in a file than in the model: sixteen units in the last place, for
 /// matrices that others multiply in another order.
 const PLACE_SLACK: f32 = 1.0 / (1 << 20) as f32;
-
-/// A copy of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Instance {
-    /// Number of the mesh.
-    pub mesh: u32,
-    /// From the coordinates of the mesh to those of the world: by axis of the world the factors of x, y and z, and the translation.
-    pub matrix: [[f32; 4]; 3],
-}
-
-impl Instance {
-    /// Its matrix as a transform.
-    pub fn transform(&self) -> Affine3A {
-        let column = |at: usize| Vec3::from_array(self.matrix.map(|row| row[at]));
-        Affine3A::from_cols(column(0).into(), column(1).into(), column(2).into(), column(3).into())
-    }
-}
-
-/// The scene that a file is of, where it is known.
-#[derive(Debug, Clone)]
-pub struct KnownScene<'a> {
-    /// The triangles of each mesh.
-    pub meshes: Vec<&'a [Triangle]>,
-    /// The mesh of each instance, and where it stands.
-    pub instances: Vec<(u32, &'a Placement)>,
-}
 
 /// A tree of a file in two levels.
 #[derive(Debug, Clone, PartialEq)]
@@ -194,7 +167,7 @@ impl FileMesh {
 
 /// The place of a kind of fault in lists.
 fn rank(fault: &Fault) -> usize {
-    super::FaultKind::ALL.iter().position(|kind| *kind == fault.kind).unwrap_or(0)
+    FaultKind::ALL.iter().position(|kind| *kind == fault.kind).unwrap_or(0)
 }
 
 /// Adds a fault of a mesh to those of the meshes before it.
@@ -365,10 +338,8 @@ fn moved(instances: &[Instance], scene: &KnownScene<'_>, token: &CancelToken) ->
             largest = largest.max(distance);
         }
     }
-    let fault = |first| Fault {
-        tree: WhichTree::Instances,
-        ..Fault::new(super::FaultKind::InstanceMoved, count, first, largest)
-    };
+    let fault =
+        |first| Fault { tree: WhichTree::Instances, ..Fault::new(FaultKind::InstanceMoved, count, first, largest) };
     Ok(first.map(fault))
 }
 

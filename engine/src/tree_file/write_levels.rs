@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use super::header::{Header, LevelCounts};
+use super::instance::Instance;
 use super::layout::ArrayName;
-use super::two_levels::Instance;
 use super::write::{
     widest, write_bounds, write_children, write_corners, write_leaves, write_lines, write_numbers, write_rows,
 };
