@@ -11,12 +11,12 @@ mod reading;
 mod trace;
 pub mod tracer;
 mod two_levels;
+pub mod written;
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use bvhscope_engine::build_cache::{BuildCache, NodeRecycler};
-use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::construction::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
 use bvhscope_engine::fingerprint;
 use bvhscope_engine::tree::ancestry::{Ancestry, path_to_primitive};
@@ -242,8 +242,7 @@ impl Accel {
         let start = Instant::now();
         let mut levels = TwoLevels::build(copies, &wide, settings, token)?;
         report.add_stage("meshes", start.elapsed());
-        let unfolded = &scene.unfolded.copies[..];
-        let tree = if unfolded.is_empty() { tree } else { levels.unfold(tree, unfolded, token)? };
+        let tree = levels.unfold(tree, &scene.unfolded.copies, token)?;
         if levels.unfolded().is_some() {
             (report.stats, report.tree_bytes) = (tree_stats(&tree, token)?, tree.bytes());
         }
@@ -259,14 +258,7 @@ impl Accel {
         tree: AnyTree,
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
-        let report = BuildReport {
-            stages: StageTimes::default(),
-            build_time: Duration::ZERO,
-            threads: rayon::current_num_threads(),
-            stats: tree_stats(&tree, token)?,
-            tree_bytes: tree.bytes(),
-            triangle_bytes: size_of_val(&scene.triangles[..]),
-        };
+        let report = BuildReport::of_tree(&tree, &scene.triangles, token)?;
         Ok(Self::new(scene, settings, tree, report, NodeRecycler::default()))
     }
 

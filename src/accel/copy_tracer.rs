@@ -9,7 +9,7 @@ use bvhscope_engine::{AnyTree, BinaryLevels, InstanceHit, Unfolded};
 use glam::Vec3;
 
 use super::tracer::{Carried, CountedQuery, Counting, Entered, Tracer, count_each, first_that_counts};
-use super::two_levels::TwoLevels;
+use super::two_levels::{TwoLevels, boxes};
 
 /// Rays through both levels, of which `top` is the tree over the copies.
 pub(super) struct CopyTracer<'a> {
@@ -23,11 +23,7 @@ pub(super) struct CopyTracer<'a> {
 
 impl<'a> CopyTracer<'a> {
     pub(super) fn new(levels: &'a TwoLevels, shown: &'a AnyTree) -> Self {
-        let (top, unfolded) = match (&levels.above, shown) {
-            (Some(above), _) => (&above.tree, Some(&above.unfolded)),
-            (None, AnyTree::Aabb(top)) => (top, None),
-            (None, _) => unreachable!("copies have trees of boxes"),
-        };
+        let (top, unfolded) = (boxes(levels.top(shown)), levels.unfolded());
         let meshes = 0..levels.scene.mesh_count() as u32;
         let triangles = meshes.map(|mesh| levels.scene.mesh(mesh)).collect();
         Self { levels, top, triangles, unfolded }

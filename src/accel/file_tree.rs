@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::text::file_name;
 use bvhscope_engine::tree_file::{Fault, Header};
+use bvhscope_engine::{LevelNode, Unfolded};
 
 /// Header and faults of a tree that was read from a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +24,25 @@ pub struct FileTree {
     pub empty_nodes: u32,
     /// The number of each node in the file; `None` where all have the same.
     pub numbers: Option<Vec<u32>>,
+    /// In two levels: the numbers that the author of the file gave to the copies; `None` where it has none.
+    pub ids: Option<Vec<u32>>,
 }
 
 impl FileTree {
+    /// Numbers nodes and faults as they are in a tree in which meshes are unfolded; those of a mesh have their numbers in its tree.
+    pub(super) fn unfold(&mut self, unfolded: &Unfolded) {
+        for fault in &mut self.faults {
+            fault.nodes.iter_mut().for_each(|node| *node = unfolded.above()[*node as usize]);
+            fault.nodes.sort_unstable();
+        }
+        let before = self.numbers.take();
+        let number = |origin: &LevelNode| match (*origin, &before) {
+            (LevelNode::Above { node }, Some(numbers)) => numbers[node as usize],
+            (LevelNode::Above { node } | LevelNode::Below { node, .. }, _) => node,
+        };
+        self.numbers = Some(unfolded.origins.iter().map(number).collect());
+    }
+
     /// Name of the file without its folder.
     pub fn name(&self) -> Cow<'_, str> {
         file_name(&self.path)

@@ -6,56 +6,104 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::file_tree::FileTree;
+use super::two_levels::TwoLevels;
 use super::{Accel, build_bytes_per_triangle, peak_bytes_per_triangle};
 use crate::budget::Budget;
-use crate::scene::{LoadError, Scene, read_file};
+use crate::scene::{LoadError, Scene, SceneCopies, read_file};
 use bvhscope_engine::build_cache::NodeRecycler;
-use bvhscope_engine::builders::StageTimes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::statistics::tree_stats;
 use bvhscope_engine::tree_file::serde_json::{Value, from_str, to_string};
-use bvhscope_engine::tree_file::{Fault, Header, TreeFile};
-use bvhscope_engine::{BuildReport, BuildSettings, CancelToken, Pass, Passes, Preset, orient};
+use bvhscope_engine::tree_file::{Fault, Header, KnownScene, LevelTree, TreeFile, TwoLevelFile};
+use bvhscope_engine::{
+    AnyTree, BuildError, BuildReport, BuildSettings, CancelToken, Pass, Passes, Preset, WideBvh, orient,
+};
 
 impl Accel {
-    /// Reads the tree of `scene` that the file at `path` holds, and orients it where `passes` has [`Pass::Orient`], the one pass that
-    /// moves no node. Its wide tree is made on request. The settings are the default ones with the container of the tree; times are
+    /// Reads the tree of `scene` that the file at `path` holds, in two levels that of a scene of copies, and orients it where `passes` has
+    /// [`Pass::Orient`], the one pass that moves no node. Its wide tree is made on request, in two levels at once. The settings are the default ones with the container of the tree; times are
     /// those of the file, zero where it has none.
     ///
     /// # Errors
     ///
     /// Where the file cannot be read, is no tree of this scene, or does not fit into the memory budget.
     pub fn read(scene: &Arc<Scene>, path: &Path, passes: Passes, token: &CancelToken) -> Result<Self, LoadError> {
-        if scene.copies.is_some() {
-            let advice = "load the model with --instances flat";
-            return Err(LoadError::of_file(path, "holds a tree of triangles, and the model is one of copies", advice));
+        if let Some(copies) = &scene.copies {
+            return Self::read_two_levels(scene, copies, path, passes, token);
         }
         let bytes = read_file(path, None, token)?;
-        let budget = Budget::of_process();
-        let file = TreeFile::read(&bytes, Some(&scene.triangles), budget.allowance(), token)
+        let file = TreeFile::read(&bytes, Some(&scene.triangles), Budget::of_process().allowance(), token)
             .map_err(|error| LoadError::of_tree_file(path, &error))?;
         drop(bytes);
         let TreeFile { header, tree, empty_nodes, numbers, faults, .. } = file;
-        // For what is derived from it: the wide tree, triangles in leaf order, lists of nodes.
         check_memory(path, tree.primitive_indices().len(), build_bytes_per_triangle(tree.container_kind()))?;
+        let path = path.to_path_buf();
+        let file = FileTree { path, label: None, header, faults, empty_nodes, numbers, ids: None };
+        let accel = Self::of_file(scene, tree, file, token)?;
+        if passes.contains(Pass::Orient) { accel.oriented(token) } else { Ok(accel) }
+    }
+
+    /// [`Accel::read`] of both levels of a scene of `copies`, with the wide trees.
+    fn read_two_levels(
+        scene: &Arc<Scene>,
+        copies: &Arc<SceneCopies>,
+        path: &Path,
+        passes: Passes,
+        token: &CancelToken,
+    ) -> Result<Self, LoadError> {
+        let refused = |error: BuildError| match error {
+            BuildError::Cancelled(cancelled) => LoadError::Cancelled(cancelled),
+            BuildError::Refused(text) => {
+                let (problem, advice) =
+                    text.split_once("; ").unwrap_or((&text, "load the model with --instances flat"));
+                LoadError::of_file(path, problem, advice)
+            }
+        };
+        let wanted = BuildSettings { optimize: passes, ..BuildSettings::default() };
+        if let Some(text) = Self::refusal(scene, &wanted).filter(|_| passes.contains(Pass::Orient)) {
+            return Err(refused(BuildError::Refused(text)));
+        }
+        let bytes = read_file(path, None, token)?;
+        let places = copies.copies();
+        let known = KnownScene {
+            meshes: (0..copies.mesh_count() as u32).map(|mesh| copies.mesh(mesh)).collect(),
+            instances: (0..places.len() as u32).map(|copy| (places.mesh(copy), places.place(copy))).collect(),
+        };
+        let file = TwoLevelFile::read(&bytes, Some(&known), Budget::of_process().allowance(), token)
+            .map_err(|error| LoadError::of_tree_file(path, &error))?;
+        drop((bytes, known));
+        let TwoLevelFile { header, top, meshes, ids, faults, .. } = file;
+        let trees: Vec<AnyTree> = meshes.into_iter().map(|mesh| mesh.tree.tree).collect();
+        let primitives = trees.iter().chain([&top.tree]).map(|tree| tree.primitive_indices().len()).sum();
+        check_memory(path, primitives, build_bytes_per_triangle(ContainerKind::Aabb))?;
+        let LevelTree { tree, empty_nodes, numbers } = top;
+        let wide = Arc::new(WideBvh::new(&tree, scene.built_triangles(), token)?);
+        let mut levels = TwoLevels::of_trees(copies, &wide, trees, token).map_err(refused)?;
+        let tree = levels.unfold(tree, &scene.unfolded.copies, token)?;
+        let path = path.to_path_buf();
+        let mut file = FileTree { path, label: None, header, faults, empty_nodes, numbers, ids };
+        if let Some(unfolded) = levels.unfolded() {
+            file.unfold(unfolded);
+        }
+        let mut accel = Self::of_file(scene, tree, file, token)?;
+        (accel.wide, accel.levels) = (wide.into(), Some(levels));
+        Ok(accel)
+    }
+
+    /// The `tree` of `scene` that `file` describes.
+    fn of_file(scene: &Arc<Scene>, tree: AnyTree, file: FileTree, token: &CancelToken) -> Result<Self, LoadError> {
         let container = match tree.container_kind() {
             // No builder makes them.
             ContainerKind::Oriented => ContainerKind::Aabb,
             other => other,
         };
         let settings = BuildSettings::preset(Preset::Fast, container);
-        let build_time = header.build_ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
-        let report = BuildReport {
-            stages: StageTimes::default(),
-            build_time: build_time.unwrap_or_default(),
-            threads: rayon::current_num_threads(),
-            stats: tree_stats(&tree, token)?,
-            tree_bytes: tree.bytes(),
-            triangle_bytes: size_of_val(&scene.triangles[..]),
-        };
+        let build_time = file.header.build_ms.and_then(|ms| Duration::try_from_secs_f64(ms / 1e3).ok());
+        let report = BuildReport::of_tree(&tree, &scene.triangles, token)?;
+        let report = BuildReport { build_time: build_time.unwrap_or_default(), ..report };
         let mut accel = Self::new(scene, &settings, tree, report, NodeRecycler::default());
-        accel.file = Some(FileTree { path: path.to_path_buf(), label: None, header, faults, empty_nodes, numbers });
-        if passes.contains(Pass::Orient) { accel.oriented(token) } else { Ok(accel) }
+        accel.file = Some(file);
+        Ok(accel)
     }
 
     /// This tree, which was read, with oriented boxes; a copy of one of other containers than boxes.
@@ -125,12 +173,13 @@ impl Accel {
             builder: Some(self.builder_name().into_owned()),
             settings: Some(settings),
             build_ms: self.build_ms(),
-            ..Header::new(self.scene.triangles.len())
+            ..Header::new(self.scene.built_triangles().len())
         }
     }
 }
 
-/// Refuses a tree of the file at `path` whose number of `primitives` does not fit into the memory budget.
+/// Refuses a tree of the file at `path` where what is derived from it does not fit into the memory budget: the wide tree, triangles in leaf
+/// order, lists of nodes.
 fn check_memory(path: &Path, primitives: usize, bytes_per_triangle: u64) -> Result<(), LoadError> {
     let needed = (primitives as u64).saturating_mul(bytes_per_triangle);
     Budget::of_process().check("the tree", needed).map_err(|error| LoadError::over_budget(path, &error))

@@ -10,7 +10,7 @@ impl Accel {
         let build = self.whole_builds().map(|builds| builds.times).or(build_ms.map(Times::single));
         let wide = self.known_wide().map(WideReading::of);
         TreeReading {
-            triangles: self.scene.triangles.len(),
+            triangles: self.scene.built_triangles().len(),
             container: self.tree.container_kind(),
             report: &self.report,
             build,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bvhscope_engine::geometry::Aabb;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::{
-    AnyTree, BuildError, BuildSettings, CancelToken, Cancelled, InstanceHit, Instances, MeshCopies, Unfolded,
+    AnyTree, BuildError, BuildSettings, Bvh, CancelToken, Cancelled, InstanceHit, Instances, MeshCopies, Unfolded,
     UnfoldedCopy, WideBvh, build,
 };
 
@@ -24,7 +24,7 @@ pub struct TwoLevels {
 /// The tree over the copies, which is not the one that is shown.
 #[derive(Debug)]
 pub(super) struct Above {
-    pub(super) tree: Tree<Aabb>,
+    pub(super) tree: AnyTree,
     /// What the nodes of the tree that is shown are.
     pub(super) unfolded: Unfolded,
 }
@@ -39,22 +39,45 @@ impl TwoLevels {
     ) -> Result<Self, BuildError> {
         let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
         let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
+        Self::over(scene, meshes, top)
+    }
+
+    /// `trees` of the meshes that were made elsewhere below `top`.
+    pub(super) fn of_trees(
+        scene: &Arc<SceneCopies>,
+        top: &Arc<WideBvh>,
+        trees: Vec<AnyTree>,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let mesh = |(number, tree)| Ok(Arc::new(Bvh::of_tree(tree, scene.mesh(number), token)?));
+        let meshes = (0_u32..).zip(trees).map(mesh).collect::<Result<_, BuildError>>()?;
+        Self::over(scene, meshes, top)
+    }
+
+    fn over(scene: &Arc<SceneCopies>, meshes: Vec<Arc<Bvh>>, top: &Arc<WideBvh>) -> Result<Self, BuildError> {
         let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
         let wide = Instances::over(Arc::new(copies), Arc::clone(top));
         Ok(Self { scene: Arc::clone(scene), wide, above: None })
     }
 
-    /// The tree to be shown: `tree`, which is that over the copies, with the trees of the meshes of `copies` unfolded below it.
+    /// The tree to be shown: `tree`, which is that over the copies, with the trees of the meshes of `copies` unfolded below it, if any.
     pub(super) fn unfold(
         &mut self,
         tree: AnyTree,
         copies: &[UnfoldedCopy],
         token: &CancelToken,
     ) -> Result<AnyTree, Cancelled> {
-        let AnyTree::Aabb(tree) = tree else { unreachable!("copies have trees of boxes") };
-        let (shown, unfolded) = Unfolded::new(self.wide.copies(), &tree, copies, token)?;
+        if copies.is_empty() {
+            return Ok(tree);
+        }
+        let (shown, unfolded) = Unfolded::new(self.wide.copies(), boxes(&tree), copies, token)?;
         self.above = Some(Above { tree, unfolded });
         Ok(AnyTree::Oriented(shown))
+    }
+
+    /// The tree over the copies, where it is not `shown`, the one that is shown.
+    pub(super) fn top<'a>(&'a self, shown: &'a AnyTree) -> &'a AnyTree {
+        self.above.as_ref().map_or(shown, |above| &above.tree)
     }
 
     /// What the nodes of the tree that is shown are, where trees of meshes are unfolded in it.
@@ -70,5 +93,13 @@ impl TwoLevels {
     /// The wide trees.
     pub fn wide(&self) -> &Instances {
         &self.wide
+    }
+}
+
+/// The tree over copies, which has boxes.
+pub(super) fn boxes(tree: &AnyTree) -> &Tree<Aabb> {
+    match tree {
+        AnyTree::Aabb(tree) => tree,
+        _ => unreachable!("copies have trees of boxes"),
     }
 }

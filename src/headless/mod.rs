@@ -30,6 +30,7 @@ mod ray_input;
 pub mod rays;
 pub mod tree;
 mod tree_numbers;
+mod tree_obj;
 mod tree_origin;
 
 pub use context::{Context, Failure, Finished, ignore_missing_reader};

@@ -1,22 +1,23 @@
-//! `tree`: writes the tree of a model as a tree file, or its nodes as a table.
+//! `tree`: writes the tree of a model as a tree file, its nodes as a table, or their boxes as a model.
 
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::context::{Context, Failure, Finished, in_pool, needs_triangles};
+use super::context::{Context, Failure, Finished, in_pool};
 use super::moments::{MomentChoice, check_follow};
 use super::picture::check_written;
 use super::progress::Progress;
+use super::tree_obj;
 use super::tree_origin::{TreeOrigin, note_faults};
-use crate::accel::Follow;
 use crate::accel::followed::FollowSession;
+use crate::accel::written::FileTrees;
+use crate::accel::{Accel, Follow};
 use crate::export::{Protected, cannot_be_written, check_target, write_file, wrong_ending};
 use crate::scene::SceneSource;
 use crate::text::shown_path;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree_file::{Header, write_nodes_csv, write_nodes_json, write_tree};
-use bvhscope_engine::{AnyTree, Triangle};
+use bvhscope_engine::tree_file::{write_level_nodes_csv, write_level_nodes_json, write_nodes_csv, write_nodes_json};
 
 /// Settings of `tree`.
 #[derive(Debug, Clone)]
@@ -35,7 +36,7 @@ pub struct TreeCommand {
     pub moments: MomentChoice,
     /// How the tree of the moment is made.
     pub follow: Follow,
-    /// File to write: a tree file `.bvh`, or the nodes as `.csv` or `.json`.
+    /// File to write: a tree file `.bvh`, the nodes as `.csv` or `.json`, or their boxes as `.obj`.
     pub output: PathBuf,
 }
 
@@ -45,6 +46,7 @@ enum Form {
     Tree,
     Csv,
     Json,
+    Obj,
 }
 
 impl TreeCommand {
@@ -55,14 +57,16 @@ impl TreeCommand {
             Some("bvh") => Form::Tree,
             Some("csv") => Form::Csv,
             Some("json") => Form::Json,
+            Some("obj") => Form::Obj,
             _ => {
-                let text = "the file must end in .bvh, or in .csv or .json for a table of the nodes";
+                let text =
+                    "the file must end in .bvh, in .csv or .json for a table of the nodes, or in .obj for their boxes";
                 return Err(Failure::Usage(wrong_ending(&self.output, text)));
             }
         };
         if self.with_triangles && form != Form::Tree {
             return Err(Failure::Usage(format!(
-                "--with-triangles: {} is a table of nodes; write a .bvh, or leave --with-triangles out",
+                "--with-triangles: {} has nodes alone; write a .bvh, or leave --with-triangles out",
                 shown_path(&self.output)
             )));
         }
@@ -85,21 +89,19 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
     // Again, as only now it is known what else was read: buffers, textures, material libraries.
     read.add_read(&scene.files_read);
     check_target(&command.output, &read)?;
-    needs_triangles(&scene, "tree")?;
     let token = &context.token;
     let progress = Progress::new("Building", token);
-    let (accel, wide) = in_pool(|| {
+    let accel = in_pool(|| {
         let follow = (command.follow, &mut FollowSession::default());
-        let accel = command.tree.accel(&scene, &command.source, &command.build, follow, token)?;
-        let wide = if command.wide { accel.widen(token)?.tree.to_tree(&accel.tree, token)? } else { None };
-        Ok::<_, Failure>((accel, wide))
+        command.tree.accel(&scene, &command.source, &command.build, follow, token)
     })?;
-    let header = accel.file_header(command.wide);
+    let trees = in_pool(|| accel.file_trees(command.wide, token))?;
+    if let Some(refusal) = (form == Form::Obj).then(|| tree_obj::refusal(&accel, &trees)).flatten() {
+        return Err(refusal);
+    }
     progress.set_label("Writing");
-    let tree = wide.as_ref().unwrap_or(&accel.tree);
-    let corners = command.with_triangles.then_some(&scene.triangles[..]);
     let written = write_file(&command.output, &read, |writer| {
-        write(form, tree, &header, corners, writer, token).map_err(|error| cannot_be_written(&error))
+        write(command, form, &accel, &trees, writer, token).map_err(|error| cannot_be_written(&error))
     });
     check_written(written, token)?;
     drop(progress);
@@ -108,16 +110,19 @@ pub fn run(command: &TreeCommand, context: &mut Context<'_>) -> Result<Finished,
 }
 
 fn write(
+    command: &TreeCommand,
     form: Form,
-    tree: &AnyTree,
-    header: &Header,
-    corners: Option<&[Triangle]>,
+    accel: &Accel,
+    trees: &FileTrees<'_>,
     writer: &mut dyn Write,
     token: &CancelToken,
 ) -> std::io::Result<()> {
-    match form {
-        Form::Tree => write_tree(tree, header, corners, writer, token),
-        Form::Csv => write_nodes_csv(tree, writer, token),
-        Form::Json => write_nodes_json(tree, header, writer, token),
+    match (form, trees.levels()) {
+        (Form::Tree, _) => trees.write(command.with_triangles, writer, token),
+        (Form::Obj, _) => tree_obj::write_boxes(accel, trees, writer, token),
+        (Form::Csv, None) => write_nodes_csv(trees.top(), writer, token),
+        (Form::Csv, Some(levels)) => write_level_nodes_csv(&levels, writer, token),
+        (Form::Json, None) => write_nodes_json(trees.top(), &trees.header(), writer, token),
+        (Form::Json, Some(levels)) => write_level_nodes_json(&levels, &trees.header(), writer, token),
     }
 }

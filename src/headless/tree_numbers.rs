@@ -6,7 +6,7 @@ use crate::accel::{Accel, FileTree};
 use crate::catalog::reading::TreeReading;
 use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
-use bvhscope_engine::tree_file::Fault;
+use bvhscope_engine::tree_file::{Fault, WhichTree};
 
 /// Statistics of a tree. Field names are the JSON names.
 #[derive(Debug, Serialize)]
@@ -45,6 +45,9 @@ pub struct FaultNumbers {
     pub kind: &'static str,
     pub count: u64,
     pub first: u32,
+    /// In two levels: the mesh of the first; absent for the tree over the copies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<u32>,
     pub excess: f32,
     /// The fault as a sentence.
     #[serde(skip)]
@@ -53,8 +56,9 @@ pub struct FaultNumbers {
 
 impl From<&Fault> for FaultNumbers {
     fn from(fault: &Fault) -> Self {
-        let &Fault { kind, count, first, excess, .. } = fault;
-        Self { kind: kind.name(), count, first, excess, text: fault.to_string() }
+        let &Fault { kind, tree, count, first, excess, .. } = fault;
+        let mesh = if let WhichTree::Mesh(mesh) = tree { Some(mesh) } else { None };
+        Self { kind: kind.name(), count, first, mesh, excess, text: fault.to_string() }
     }
 }
 

@@ -287,7 +287,8 @@ mod tests {
         }
         let mut read = built(BuilderKind::Aac, ContainerKind::Sphere);
         let (path, header) = ("mine.bvh".into(), Header::new(1));
-        read.file = Some(FileTree { path, label: None, header, faults: Vec::new(), empty_nodes: 0, numbers: None });
+        read.file =
+            Some(FileTree { path, label: None, header, faults: Vec::new(), empty_nodes: 0, numbers: None, ids: None });
         assert!(text(&read).ends_with("do not hold it"), "another builder has other settings");
     }
 

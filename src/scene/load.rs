@@ -7,10 +7,11 @@ use glam::Vec3;
 
 use super::assemble::Assembly;
 use super::error::{FileLocation, LoadError};
+use super::flatten::flatten;
 use super::format::FileFormat;
 use super::gzip::unpacked;
 use super::model::Scene;
-use super::options::LoadOptions;
+use super::options::{Instancing, LoadOptions};
 use super::read::{ModelFile, read_model};
 use super::recognise::{recognise, unlike_obj};
 use super::row::FileRow;
@@ -60,14 +61,24 @@ fn load_file(
     assembly.files_read.insert(0, path.to_path_buf());
     token.check()?;
     token.set_progress(1.0);
-    finish(assembly, source, up, token)
+    finish(assembly, source, up, options, token)
 }
 
-/// The scene of what was read, in two levels where its copies were kept.
-fn finish(mut assembly: Assembly, source: &SceneSource, up: Vec3, token: &CancelToken) -> Result<Scene, LoadError> {
+/// The scene of what was read, in two levels where its copies were kept, unless it is to be flat all the same.
+fn finish(
+    mut assembly: Assembly,
+    source: &SceneSource,
+    up: Vec3,
+    options: &LoadOptions,
+    token: &CancelToken,
+) -> Result<Scene, LoadError> {
     let copies = assembly.copies.take();
     let scene = assembly.finish(source, up, token)?;
     match copies {
+        Some(copies) if options.instances == Instancing::Flat => {
+            let flat = flatten(&scene, &copies, source, token)?;
+            Ok(Scene { files_read: scene.files_read, warnings: scene.warnings, ..flat })
+        }
         Some(copies) => two_levels(scene, copies, token),
         None => Ok(scene),
     }
@@ -77,7 +88,7 @@ fn finish(mut assembly: Assembly, source: &SceneSource, up: Vec3, token: &Cancel
 pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions, token: &CancelToken) -> Result<Scene, LoadError> {
     let bytes = unpacked(path, Cow::Borrowed(bytes), token)?;
     let (assembly, up) = read_bytes(&ModelFile { path, bytes: &bytes, options, token })?;
-    finish(assembly, &SceneSource::File(path.to_path_buf()), up, token)
+    finish(assembly, &SceneSource::File(path.to_path_buf()), up, options, token)
 }
 
 /// Reads the contents of a file; also returns its up direction.

@@ -36,7 +36,10 @@ use bvhscope_engine::tree::random_lines::RandomLines;
 use bvhscope_engine::tree::survival::surviving_nodes;
 use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree::visits::{RayQuery, measure_visits};
-use bvhscope_engine::tree_file::{Header, TreeFile, TreeFileError, write_nodes_csv, write_nodes_json, write_tree};
+use bvhscope_engine::tree_file::{
+    Header, TreeFile, TreeFileError, TwoLevelFile, write_level_nodes_csv, write_level_nodes_json, write_nodes_csv,
+    write_nodes_json, write_tree,
+};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::{AnyTree, WideBvh, with_tree};
 
@@ -172,6 +175,36 @@ fn reading_and_writing_trees_stops_at_every_poll() {
         }
         let wide = collapse_any(&tree, &scene);
         at_every_poll("wide tree as a tree", |token| wide.to_tree(&tree, token).is_err());
+    }
+}
+
+#[test]
+fn reading_and_writing_trees_in_two_levels_stops_at_every_poll() {
+    let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
+    let source = SceneSource::parse("builtin:stack:9000".as_ref()).unwrap();
+    let scene = Arc::new(load(&source, &options, &CancelToken::new()).unwrap());
+    let accel = Accel::build_binary(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap();
+    let trees = accel.file_trees(false, &CancelToken::new()).unwrap();
+    let levels = trees.levels().unwrap();
+    let mut bytes = Vec::new();
+    trees.write(true, &mut bytes, &CancelToken::new()).unwrap();
+    let pool = one_thread();
+    at_every_poll("reading two levels", |token| {
+        let read = pool.install(|| TwoLevelFile::read(&bytes, None, u64::MAX, token));
+        matches!(read.map(|file| assert_eq!(file.faults, [])), Err(TreeFileError::Cancelled(_)))
+    });
+    at_every_poll("loading two levels", |token| is_cancelled(load_bytes(Path::new("a.bvh"), &bytes, &options, token)));
+    type Write<'a> = &'a dyn Fn(&mut Vec<u8>, &CancelToken) -> std::io::Result<()>;
+    let writers: [(&str, Write<'_>); 3] = [
+        ("two levels", &|bytes, token| trees.write(true, bytes, token)),
+        ("CSV of two levels", &|bytes, token| write_level_nodes_csv(&levels, bytes, token)),
+        ("JSON of two levels", &|bytes, token| write_level_nodes_json(&levels, &trees.header(), bytes, token)),
+    ];
+    for (name, write) in writers {
+        at_every_poll(name, |token| {
+            let error = write(&mut Vec::new(), token).err();
+            error.is_some_and(|error| error.get_ref().is_some_and(|inner| inner.is::<Cancelled>()))
+        });
     }
 }
 

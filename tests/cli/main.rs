@@ -38,5 +38,6 @@ mod tree_check;
 #[cfg(unix)]
 mod tree_clients;
 mod tree_files;
+mod tree_levels;
 #[cfg(unix)]
 mod tree_writers;

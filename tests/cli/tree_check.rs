@@ -84,7 +84,7 @@ pub fn read(path: &Path, triangles: &[Triangle]) -> TreeFile {
 const RAYS: usize = 400;
 
 /// Rays from all around the triangles to points near them.
-fn rays(triangles: &[Triangle]) -> impl Iterator<Item = Ray> {
+pub fn rays(triangles: &[Triangle]) -> impl Iterator<Item = Ray> {
     let corners = || triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
     let low = corners().fold(Vec3::INFINITY, Vec3::min);
     let size = corners().fold(Vec3::NEG_INFINITY, Vec3::max) - low;

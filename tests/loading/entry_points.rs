@@ -17,7 +17,7 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::{NoProbe, TestCounts, Traversal};
-use bvhscope_engine::tree_file::{TreeFile, write_tree};
+use bvhscope_engine::tree_file::{FileMesh, TreeFile, TwoLevelFile, TwoLevelTrees, write_tree, write_two_levels};
 use glam::{DVec3, Vec3};
 
 /// A folder that does not exist, so that no model refers to an existing file.
@@ -78,10 +78,13 @@ pub fn pbrt(bytes: &[u8]) {
     load("a.pbrt", bytes);
 }
 
-/// A tree file: as a model, and as a tree of unknown triangles, which then is written and read again.
+/// A tree file: as a model, and as trees of unknown triangles, which then are written and read again.
 pub fn tree_file(bytes: &[u8]) {
     load("a.bvh", bytes);
     let token = CancelToken::new();
+    if let Ok(file) = TwoLevelFile::read(bytes, None, 1 << 28, &token) {
+        return two_levels(&file);
+    }
     let Ok(file) = TreeFile::read(bytes, None, 1 << 28, &token) else { return };
     let mut written = Vec::new();
     write_tree(&file.tree, &file.header, file.corners.as_deref(), &mut written, &token)
@@ -89,6 +92,35 @@ pub fn tree_file(bytes: &[u8]) {
     let again = TreeFile::read(&written, None, 1 << 28, &token).expect("what was written is a tree");
     assert_eq!((again.tree, again.corners), (file.tree, file.corners));
     assert_eq!((again.numbers, again.empty_nodes), (None, 0), "it was in order");
+}
+
+/// Trees in two levels, which are written and read again; those of meshes hold indices of the triangles that they are of, known or not.
+fn two_levels(file: &TwoLevelFile) {
+    let (token, mut written) = (CancelToken::new(), Vec::new());
+    let unknown = Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y };
+    let known = |mesh: &FileMesh| {
+        let most = mesh.tree.tree.primitive_indices().iter().max().map_or(1, |&most| most as usize + 1);
+        mesh.corners.clone().unwrap_or_else(|| vec![unknown; most])
+    };
+    // As many as a number in the file says, which nothing bears out.
+    if file.header.triangles > 1 << 20 {
+        return;
+    }
+    let triangles: Vec<Vec<Triangle>> = file.meshes.iter().map(known).collect();
+    let has_corners = file.meshes.iter().all(|mesh| mesh.corners.is_some());
+    let trees = TwoLevelTrees {
+        meshes: file.meshes.iter().map(|mesh| &mesh.tree.tree).zip(triangles.iter().map(Vec::as_slice)).collect(),
+        top: &file.top.tree,
+        instances: file.instances.clone(),
+        ids: file.ids.as_deref(),
+    };
+    write_two_levels(&trees, &file.header, has_corners, &mut written, &token).expect("memory takes everything");
+    let again = TwoLevelFile::read(&written, None, 1 << 28, &token).expect("what was written are trees");
+    assert_eq!((&again.instances, &again.ids, &again.top.tree), (&file.instances, &file.ids, &file.top.tree));
+    for (again, mesh) in again.meshes.iter().zip(&file.meshes) {
+        assert_eq!((&again.tree.tree, &again.corners), (&mesh.tree.tree, &mesh.corners));
+        assert_eq!((&again.tree.numbers, again.tree.empty_nodes), (&None, 0), "it was in order");
+    }
 }
 
 /// A ray file, an array of NumPy or lines of numbers, as a file and as a pipe. What is read is written and read again.

@@ -9,7 +9,7 @@ use bvhscope_engine::Triangle;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree_file::{Header, write_tree};
+use bvhscope_engine::tree_file::{Header, Instance, TwoLevelTrees, write_tree, write_two_levels};
 
 /// Numbers at which sums and products overflow.
 const NUMBERS: [&str; 16] = [
@@ -116,11 +116,13 @@ fn truncated_files_are_reported() {
     let stl = stl[second..].to_vec();
     let [gltf, glb] = gltf_seeds();
     let [boxes, spheres, polytopes, oriented] = tree_file_seeds();
+    let two_levels = two_level_seed();
     for (name, bytes) in [
         ("a.bvh", boxes),
         ("a.bvh", spheres),
         ("a.bvh", polytopes),
         ("a.bvh", oriented),
+        ("a.bvh", two_levels),
         ("a.ply", ply),
         ("a.ply", little),
         ("a.ply", big),
@@ -339,6 +341,32 @@ fn tree_file_seeds() -> [Vec<u8>; 4] {
     })
 }
 
+/// A tree file in two levels, of two meshes and three instances, with triangles and numbers.
+fn two_level_seed() -> Vec<u8> {
+    let (token, mut random, mut bytes) = (CancelToken::new(), Random(6), Vec::new());
+    let mut point = || glam::Vec3::new(random.signed(), random.signed(), random.signed());
+    let mut mesh = |count: usize| -> Vec<Triangle> {
+        (0..count).map(|_| [(); 3].map(|()| point())).map(|[a, b, c]| Triangle { a, b, c }).collect()
+    };
+    let (meshes, stand_ins) = ([mesh(5), mesh(1)], mesh(3));
+    let settings = BuildSettings::default();
+    let build = |triangles: &Vec<Triangle>| bvhscope_engine::build(triangles, &settings, &token).unwrap();
+    let (trees, top) = (meshes.each_ref().map(build), build(&stand_ins));
+    let at = |x: f32| [[0.5, 0.0, 0.0, x], [0.0, 0.0, -2.0, 0.0], [0.0, 1.0, 0.25, 3.0]];
+    let trees = TwoLevelTrees {
+        meshes: trees.iter().map(bvhscope_engine::Bvh::tree).zip(meshes.iter().map(Vec::as_slice)).collect(),
+        top: top.tree(),
+        instances: [0, 1, 0]
+            .into_iter()
+            .zip([0.0, 2.0, -4.0])
+            .map(|(mesh, x)| Instance { mesh, matrix: at(x) })
+            .collect(),
+        ids: Some(&[3, 5, 8]),
+    };
+    write_two_levels(&trees, &Header::new(0), true, &mut bytes, &token).unwrap();
+    bytes
+}
+
 /// A ray file with all arrays, arrays of NumPy of both precisions, and lines.
 fn ray_file_seeds() -> [Vec<u8>; 4] {
     let mut native = bytes(
@@ -372,6 +400,7 @@ fn damaged_ray_files() {
 #[test]
 fn damaged_tree_files() {
     attack(&tree_file_seeds(), 6000, entry_points::tree_file);
+    attack(&[two_level_seed()], 3000, entry_points::tree_file);
 }
 
 /// Floats of every kind: ordinary, equal, huge, tiny, denormal, any bits.

@@ -134,6 +134,17 @@ impl BinaryBvh {
 }
 
 impl Bvh {
+    /// A hierarchy whose `tree` over `triangles`, of any arity, was made elsewhere, such as one of a file: makes the wide tree. The times of
+    /// its report are zero.
+    ///
+    /// # Errors
+    ///
+    /// Once `token` is cancelled.
+    pub fn of_tree(tree: AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        let wide = WideBvh::new(&tree, triangles, token)?;
+        Ok(Self { tree, wide, report: LazyReport::new(StageTimes::default(), size_of_val(triangles)) })
+    }
+
     /// The binary tree as the builder made it.
     pub fn tree(&self) -> &AnyTree {
         &self.tree

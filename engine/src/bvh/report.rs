@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use crate::cancel::CancelToken;
+use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::stage_times::StageTimes;
 use crate::tree::AnyTree;
@@ -60,6 +60,15 @@ impl BuildReport {
     pub(super) fn new(stages: StageTimes, tree: &AnyTree, stats: TreeStats, triangle_bytes: usize) -> Self {
         let (build_time, threads, tree_bytes) = (stages.total(), rayon::current_num_threads(), tree.bytes());
         Self { stages, build_time, threads, stats, tree_bytes, triangle_bytes }
+    }
+
+    /// The report of a `tree` over `triangles` that was made elsewhere: its times are zero.
+    ///
+    /// # Errors
+    ///
+    /// Once `token` is cancelled.
+    pub fn of_tree(tree: &AnyTree, triangles: &[Triangle], token: &CancelToken) -> Result<Self, Cancelled> {
+        Ok(Self::new(StageTimes::default(), tree, tree_stats(tree, token)?, size_of_val(triangles)))
     }
 
     /// Adds a stage that ran beside the builder's.

@@ -171,6 +171,12 @@ impl Placement {
         (planes.map(|plane| plane.to_array()), planes.map(interval))
     }
 
+    /// Upper bound of how far the boxes of [`Placement::bounds`] are padded on each side: the rounding of coordinates included.
+    #[cfg(feature = "tree-file")]
+    pub(crate) fn pad(&self) -> f64 {
+        f64::from(self.reach) * 2.0 * PLACE_PAD
+    }
+
     /// The factors of the coordinates.
     fn matrix(&self) -> DMat3 {
         let [x, y, z] = self.rows.map(|[x, y, z, _]| DVec3::new(f64::from(x), f64::from(y), f64::from(z)));

@@ -92,7 +92,7 @@ impl Unfolded {
     }
 
     /// The nodes that those of the tree over the copies became.
-    pub(super) fn above(&self) -> &[u32] {
+    pub fn above(&self) -> &[u32] {
         &self.above
     }
 

@@ -25,13 +25,13 @@ pub(super) fn assemble<C: FileContainer>(
 ) -> Result<Assembled<C>, TreeFileError> {
     let count = links.order.len().saturating_sub(links.empty as usize);
     if count == 0 {
-        let triangles = arrays.triangles;
-        return if triangles == 0 {
+        let (items, of) = (arrays.items, arrays.kind);
+        return if items == 0 {
             Ok(Assembled { tree: Tree::EMPTY, numbers: None })
         } else if arrays.nodes == 0 {
-            Err(TreeFileError::NoNodes { triangles })
+            Err(TreeFileError::NoNodes { items, of })
         } else {
-            Err(TreeFileError::NoLeaves { triangles })
+            Err(TreeFileError::NoLeaves { items, of })
         };
     }
     let in_order = is_in_order(arrays, links, token)?;
@@ -59,7 +59,7 @@ pub(super) fn assemble<C: FileContainer>(
             nodes[number] = Node { container, first: primitive_indices.len() as u32, count };
             for index in first..first.saturating_add(count) {
                 steps.step()?;
-                primitive_indices.push(arrays.triangle_at(index));
+                primitive_indices.push(arrays.item_at(index));
             }
             continue;
         }

@@ -1,7 +1,8 @@
 //! Why a tree file is refused.
 
 use super::bounds_problem::BoundsProblem;
-use super::layout::{ArrayName, MAX_HEADER, VERSION};
+use super::layout::{ArrayName, MAX_HEADER, VERSION, VERSION_TWO_LEVELS};
+use super::which_tree::{Items, WhichTree};
 use crate::cancel::Cancelled;
 
 /// Why a file gives no tree, in one line. Numbers of nodes and triangles are those of the file.
@@ -23,8 +24,14 @@ pub enum TreeFileError {
     #[error("does not begin with the line 'bvhscope tree {VERSION}'")]
     NotATreeFile,
     /// The first line has another version, held here.
-    #[error("is a tree file of version '{0}', not {VERSION}")]
+    #[error("is a tree file of version '{0}', neither {VERSION} nor {VERSION_TWO_LEVELS}")]
     Version(String),
+    /// There are trees in two levels where one tree is wanted.
+    #[error("holds trees in two levels, and the model is flat")]
+    TwoLevels,
+    /// There is one tree where trees in two levels are wanted.
+    #[error("holds a tree of triangles, and the model is one of copies")]
+    OneLevel,
     /// The second line has no end.
     #[error("the header, its second line, does not end within {MAX_HEADER} bytes, nor before the file does")]
     HeaderEnd,
@@ -150,19 +157,19 @@ pub enum TreeFileError {
         /// Position in `indices`.
         index: u32,
     },
-    /// A triangle that does not exist.
-    #[error(
-        "array 'indices': {triangle} at {index}, in leaf {node}, but there are {triangles} triangles, counted from 0"
-    )]
+    /// A triangle or instance that does not exist.
+    #[error("array 'indices': {item} at {index}, in leaf {node}, but there are {items} {of}, counted from 0")]
     Index {
         /// The leaf.
         node: u32,
         /// Position in `indices`.
         index: u32,
         /// The index found there.
-        triangle: u32,
-        /// Number of triangles.
-        triangles: u32,
+        item: u32,
+        /// Number of items.
+        items: u32,
+        /// Their kind.
+        of: Items,
     },
     /// Bounds that are none.
     #[error("array 'bounds': node {node} has {problem}")]
@@ -180,32 +187,121 @@ pub enum TreeFileError {
         /// The coordinate.
         number: f32,
     },
-    /// There are triangles and no nodes.
-    #[error("has no nodes, and there are {triangles} triangles")]
+    /// There are triangles or instances and no nodes.
+    #[error("has no nodes, and there are {items} {of}")]
     NoNodes {
-        /// Number of triangles.
-        triangles: u32,
+        /// Number of items.
+        items: u32,
+        /// Their kind.
+        of: Items,
     },
     /// The triangles are asked for and not there.
     #[error("is a tree without its triangles: it has no array 'corners'")]
     NoCorners,
-    /// There are triangles and no leaf.
-    #[error("array 'leaves': none of the nodes that the root reaches is a leaf, and there are {triangles} triangles")]
+    /// There are triangles or instances and no leaf.
+    #[error("array 'leaves': none of the nodes that the root reaches is a leaf, and there are {items} {of}")]
     NoLeaves {
-        /// Number of triangles.
-        triangles: u32,
+        /// Number of items.
+        items: u32,
+        /// Their kind.
+        of: Items,
+    },
+    /// A tree in two levels is refused.
+    #[error("{tree}: {error}")]
+    InTree {
+        /// The tree.
+        tree: WhichTree,
+        /// Why. Numbers of nodes and items are those within that tree.
+        error: Box<Self>,
+    },
+    /// The numbers of the trees do not add up to those of the header.
+    #[error("array 'trees': all rows together have {sum} {what}, the header has {header}")]
+    TreeSum {
+        /// Nodes, indices or triangles.
+        what: &'static str,
+        /// Their sum.
+        sum: u64,
+        /// Their number in the header.
+        header: u32,
+    },
+    /// The tree over the instances is one of another number of instances.
+    #[error(
+        "array 'trees': the last row, of the tree over the instances, has {items} items, and there are {instances} instances"
+    )]
+    TopItems {
+        /// Number of items in the row.
+        items: u32,
+        /// Number of instances.
+        instances: u32,
+    },
+    /// A mesh has no triangles; holds its number.
+    #[error("array 'trees': mesh {0} has no triangles")]
+    EmptyMesh(u32),
+    /// An instance of a mesh that does not exist.
+    #[error(
+        "array 'instances': instance {instance} is one of mesh {mesh}, but there are {meshes} meshes, counted from 0"
+    )]
+    InstanceMesh {
+        /// The instance.
+        instance: u32,
+        /// Its mesh.
+        mesh: u32,
+        /// Number of meshes.
+        meshes: u32,
+    },
+    /// An instance that cannot stand where it is placed.
+    #[error("array 'matrices': instance {instance} cannot be placed: {problem}")]
+    Matrix {
+        /// The instance.
+        instance: u32,
+        /// Fault of its matrix.
+        problem: &'static str,
+    },
+    /// An instance in several leaves; holds its number.
+    #[error("array 'indices': instance {0} is in more than one leaf of the tree over the instances")]
+    InstanceTwice(u32),
+    /// The model has another number of meshes or instances.
+    #[error("has {file} {what}, the model has {model}")]
+    OtherScene {
+        /// Meshes or instances.
+        what: &'static str,
+        /// Their number in the file.
+        file: usize,
+        /// Their number in the model.
+        model: usize,
+    },
+    /// An instance is one of another mesh than in the model.
+    #[error("array 'instances': instance {instance} is one of mesh {file}, in the model of mesh {model}")]
+    OtherInstance {
+        /// The instance.
+        instance: u32,
+        /// Its mesh in the file.
+        file: u32,
+        /// Its mesh in the model.
+        model: u32,
     },
 }
 
 impl TreeFileError {
+    /// This error in one of several trees.
+    pub(super) fn in_tree(self, tree: WhichTree) -> Self {
+        match self {
+            Self::Cancelled(_) => self,
+            error => Self::InTree { tree, error: Box::new(error) },
+        }
+    }
+
     /// A remedy for the author of the file, in a few words.
-    pub const fn advice(&self) -> &'static str {
+    pub fn advice(&self) -> &'static str {
         match self {
             Self::Cancelled(_) => "read it again",
             Self::Empty | Self::Zeros => "write the file again",
             Self::TextMode => "open it in binary mode (\"wb\")",
             Self::NotATreeFile => "write the two lines of docs/tree-file.md before the arrays, in binary mode",
-            Self::Version(_) => "take a newer bvhscope, or write version 1",
+            Self::Version(_) => "take a newer bvhscope, or write version 1 or 2",
+            Self::TwoLevels => "load the model with --instances two-level",
+            Self::OneLevel => "load the model with --instances flat",
+            Self::InTree { error, .. } => error.advice(),
             Self::HeaderEnd => "end the header with a line feed, and write it in one line",
             Self::HeaderJson(_)
             | Self::NoField(_)
@@ -224,6 +320,16 @@ impl TreeFileError {
             Self::LeafEnd { .. } | Self::LeafSize { .. } | Self::LeafOverlap { .. } => {
                 "write the first index and the number of indices of each leaf, and 0 as the number for interior nodes"
             }
+            Self::TreeSum { .. } | Self::TopItems { .. } | Self::EmptyMesh(_) => {
+                "write nodes, indices and triangles of each mesh, and in the last row nodes, indices and instances of the tree over these"
+            }
+            Self::InstanceMesh { .. } => "count meshes from 0, in the order of their trees",
+            Self::Matrix { .. } => "write three rows of four numbers for each instance, or leave it out",
+            Self::InstanceTwice(_) => "write each instance into one leaf, as a whole",
+            Self::OtherScene { .. } | Self::OtherInstance { .. } => {
+                "take the model that the trees were built from, with its meshes and copies in the order that bvhscope tree writes"
+            }
+            Self::Index { of: Items::Instances, .. } => "count instances from 0, in the order of 'instances'",
             Self::Index { .. } => "count triangles from 0, in the order that info --triangles FILE writes",
             Self::Bounds { .. } => {
                 "write bounds for every node: of a box min x, y, z, max x, y, z, of a sphere center x, y, z, radius, of a dop a box, four low and four high, of an oriented box a box, three normals, three low and three high"

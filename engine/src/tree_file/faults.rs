@@ -6,6 +6,7 @@ use super::cuts;
 use super::error::TreeFileError;
 use super::found::{Found, in_chunks};
 use super::links::{Links, Set, Steps};
+use super::which_tree::WhichTree;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::{Aabb, Triangle};
 use crate::kernel::parallel::par_collect;
@@ -18,7 +19,8 @@ use crate::tree::validate::containment_slack;
 pub enum FaultKind {
     /// Nodes that stick out of their parents: a ray that misses the parent misses what is there.
     NodeOutside,
-    /// Leaves out of which a triangle sticks: one that is in this leaf alone, or in several that do not enclose it together.
+    /// Leaves out of which a triangle sticks: one that is in this leaf alone, or in several that do not enclose it together; or a triangle of
+    /// an instance.
     LeafOutside,
     /// Nodes whose planes cut off triangles below them, which rays do not find: oriented boxes above the leaves.
     NodeCuts,
@@ -29,19 +31,25 @@ pub enum FaultKind {
     /// Triangles with other corners in the file than in the mesh: the tree is of another mesh, or its triangles are in another
     /// order.
     TriangleMoved,
+    /// Instances in no leaf, which no ray hits.
+    InstanceMissing,
+    /// Instances with other places in the file than in the model, where rays find them.
+    InstanceMoved,
     /// Nodes that the root does not reach; no part of the tree.
     NodeUnreached,
 }
 
 impl FaultKind {
     /// Every kind, the worst first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::NodeOutside,
         Self::LeafOutside,
         Self::NodeCuts,
         Self::NodeUnchecked,
         Self::TriangleMissing,
         Self::TriangleMoved,
+        Self::InstanceMissing,
+        Self::InstanceMoved,
         Self::NodeUnreached,
     ];
 
@@ -54,31 +62,35 @@ impl FaultKind {
             Self::NodeUnchecked => "node-unchecked",
             Self::TriangleMissing => "triangle-missing",
             Self::TriangleMoved => "triangle-moved",
+            Self::InstanceMissing => "instance-missing",
+            Self::InstanceMoved => "instance-moved",
             Self::NodeUnreached => "node-unreached",
         }
     }
 }
 
 /// All faults of one kind. Its text is a sentence without full stop: "3 nodes stick out of their parents by up to 0.25, first
-/// node 7".
+/// node 7", in two levels "first node 7 of mesh 2".
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// The kind.
     pub kind: FaultKind,
-    /// Number of nodes, or of triangles for the kinds that are about these.
+    /// The tree of the first of them: the other level has faults of its own, other meshes have not.
+    pub tree: WhichTree,
+    /// Number of nodes, or of triangles or instances for the kinds that are about these.
     pub count: u64,
-    /// The first of them as the file numbers it.
+    /// The first of them as the file numbers it, within its tree.
     pub first: u32,
-    /// Largest distance by which something sticks out or corners differ, in world units; 0 for the other kinds.
+    /// Largest distance by which something sticks out or places differ, in world units, in a mesh in its own; 0 for the other kinds.
     pub excess: f32,
-    /// The nodes as the tree numbers them, in ascending order; empty for kinds that are about triangles or about nodes that are
-    /// no part of the tree.
+    /// The nodes as the tree numbers them, in ascending order; empty for kinds that are about triangles, instances or nodes that are
+    /// no part of the tree, and for meshes in two levels.
     pub nodes: Vec<u32>,
 }
 
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { kind, count, first, excess, .. } = self;
+        let Self { kind, tree, count, first, excess, .. } = self;
         let one = *count == 1;
         // To three digits: 0.25 and 1.2e-7.
         let excess: f32 = format!("{excess:.2e}").parse().unwrap_or(*excess);
@@ -90,7 +102,12 @@ impl std::fmt::Display for Fault {
                 write!(f, "{what} by up to {excess:?}")
             }
             FaultKind::LeafOutside => {
-                let what = pick("leaf does not enclose its triangles", "leaves do not enclose their triangles");
+                let what = match tree {
+                    WhichTree::Instances => {
+                        pick("leaf does not enclose its instances", "leaves do not enclose their instances")
+                    }
+                    _ => pick("leaf does not enclose its triangles", "leaves do not enclose their triangles"),
+                };
                 write!(f, "{what}, which stick out by up to {excess:?}")
             }
             FaultKind::NodeCuts => {
@@ -106,19 +123,37 @@ impl std::fmt::Display for Fault {
                 let what = pick("triangle has other corners in the file", "triangles have other corners in the file");
                 write!(f, "{what} than in the model, by up to {excess:?}")
             }
+            FaultKind::InstanceMissing => f.write_str(pick("instance is in no leaf", "instances are in no leaf")),
+            FaultKind::InstanceMoved => {
+                let what = pick("instance stands elsewhere in the file", "instances stand elsewhere in the file");
+                write!(f, "{what} than in the model, by up to {excess:?}")
+            }
             FaultKind::NodeUnreached => f.write_str(pick("node is not reached", "nodes are not reached")),
         }?;
-        let is_about_nodes = !matches!(kind, FaultKind::TriangleMissing | FaultKind::TriangleMoved);
-        write!(f, ", first {} {first}", if is_about_nodes { "node" } else { "triangle" })
+        let one = match kind {
+            FaultKind::TriangleMissing | FaultKind::TriangleMoved => "triangle",
+            FaultKind::InstanceMissing | FaultKind::InstanceMoved => return write!(f, ", first instance {first}"),
+            _ => "node",
+        };
+        write!(f, ", first {one} {first}")?;
+        if *tree == WhichTree::Only { Ok(()) } else { write!(f, " of {tree}") }
+    }
+}
+
+impl Fault {
+    /// A fault that is not about nodes of the tree, in the only one of a file.
+    pub(super) fn new(kind: FaultKind, count: u64, first: u32, excess: f32) -> Self {
+        Self { kind, tree: WhichTree::Only, count, first, excess, nodes: Vec::new() }
     }
 }
 
 impl Found {
     /// The fault, where there is one. `numbers` are those of the file.
-    fn fault(self, kind: FaultKind, numbers: Option<&[u32]>) -> Option<Fault> {
+    pub(super) fn fault(self, kind: FaultKind, numbers: Option<&[u32]>) -> Option<Fault> {
         let number = |&node: &u32| numbers.map_or(node, |numbers| numbers.get(node as usize).copied().unwrap_or(node));
         let first = self.nodes.iter().map(number).min()?;
-        Some(Fault { kind, count: self.nodes.len() as u64, first, excess: self.excess as f32, nodes: self.nodes })
+        let fault = Fault::new(kind, self.nodes.len() as u64, first, self.excess as f32);
+        Some(Fault { nodes: self.nodes, ..fault })
     }
 }
 
@@ -133,23 +168,12 @@ pub(super) fn find<C: FileContainer>(
 ) -> Result<Vec<Fault>, TreeFileError> {
     let slack = f64::from(containment_slack(tree));
     let mut faults = Vec::new();
-    let mut outside = in_chunks(tree, &token.part(0, 4), |number, found, _| {
-        let node = &tree.nodes[number as usize];
-        for child in node.children() {
-            let excess = node.container.excess_of(&tree.nodes[child as usize].container);
-            if excess > slack {
-                found.add(child, excess);
-            }
-        }
-        Ok(())
-    })?;
-    outside.nodes.sort_unstable();
-    faults.extend(outside.fault(FaultKind::NodeOutside, numbers));
+    faults.extend(outside_parents(tree, slack, &token.part(0, 4))?.fault(FaultKind::NodeOutside, numbers));
     // A number of triangles that nothing bears out is not trusted with memory.
     let uses = if triangles.is_some() {
-        Uses::count(&tree.primitive_indices, arrays.triangles, &token.part(1, 4))?
+        Uses::count(&tree.primitive_indices, arrays.items, &token.part(1, 4))?
     } else {
-        Uses::count_sorted(&tree.primitive_indices, arrays.triangles, &token.part(1, 4))?
+        Uses::count_sorted(&tree.primitive_indices, arrays.items, &token.part(1, 4))?
     };
     if let Some(triangles) = triangles {
         let outside = outside_leaves(tree, triangles, &uses, slack, &token.part(2, 4))?;
@@ -160,31 +184,50 @@ pub(super) fn find<C: FileContainer>(
         faults.extend(cuts.found.fault(FaultKind::NodeCuts, numbers));
         faults.extend(cuts.unchecked.fault(FaultKind::NodeUnchecked, numbers));
     }
-    let fault = |kind, count: u64, first, excess| Fault { kind, count, first, excess, nodes: Vec::new() };
     if let Some((first, count)) = uses.missing {
-        faults.push(fault(FaultKind::TriangleMissing, u64::from(count), first, 0.0));
+        faults.push(Fault::new(FaultKind::TriangleMissing, u64::from(count), first, 0.0));
     }
     if let Some((first, count, excess)) = moved(arrays, triangles, token)? {
-        faults.push(fault(FaultKind::TriangleMoved, count, first, excess));
+        faults.push(Fault::new(FaultKind::TriangleMoved, count, first, excess));
     }
     if let Some((first, count)) = links.unreached {
-        faults.push(fault(FaultKind::NodeUnreached, u64::from(count), first, 0.0));
+        faults.push(Fault::new(FaultKind::NodeUnreached, u64::from(count), first, 0.0));
     }
     Ok(faults)
 }
 
-/// How often triangles are in leaves.
-struct Uses {
-    /// The triangles in several leaves.
-    several: Set,
+/// The nodes that stick out of their parents by more than `slack`.
+pub(super) fn outside_parents<C: FileContainer>(
+    tree: &Tree<C>,
+    slack: f64,
+    token: &CancelToken,
+) -> Result<Found, Cancelled> {
+    let mut outside = in_chunks(tree, token, |number, found, _| {
+        let node = &tree.nodes[number as usize];
+        for child in node.children() {
+            let excess = node.container.excess_of(&tree.nodes[child as usize].container);
+            if excess > slack {
+                found.add(child, excess);
+            }
+        }
+        Ok(())
+    })?;
+    outside.nodes.sort_unstable();
+    Ok(outside)
+}
+
+/// How often triangles or instances are in leaves.
+pub(super) struct Uses {
+    /// Those in several leaves.
+    pub several: Set,
     /// Whether there are any.
-    has_several: bool,
-    /// The first triangle in no leaf, and the number of them.
-    missing: Option<(u32, u32)>,
+    pub has_several: bool,
+    /// The first one in no leaf, and the number of them.
+    pub missing: Option<(u32, u32)>,
 }
 
 impl Uses {
-    fn count(primitives: &[u32], triangles: u32, token: &CancelToken) -> Result<Self, Cancelled> {
+    pub fn count(primitives: &[u32], triangles: u32, token: &CancelToken) -> Result<Self, Cancelled> {
         let (mut once, mut several) = (Set::new(triangles, token)?, Set::new(triangles, token)?);
         let (mut has_several, mut used) = (false, 0_u32);
         let mut steps = Steps::new(token, primitives.len() as u64);

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::error::TreeFileError;
-use super::layout::{MAGIC, MAX_HEADER, VERSION};
+use super::layout::{MAGIC, MAX_HEADER, VERSION, VERSION_TWO_LEVELS};
 use crate::tree::ContainerKind;
 
 /// Maximum length of the version in the first line.
@@ -20,7 +20,7 @@ const SHOWN: usize = 40;
 pub struct Header {
     /// Most children of a node, 2 to 32. What is written has at least the arity of the tree.
     pub arity: u32,
-    /// Number of triangles of the mesh.
+    /// Number of triangles of the mesh; in two levels those of all meshes, each counted once.
     pub triangles: u32,
     /// Name of the builder.
     pub builder: Option<String>,
@@ -52,10 +52,20 @@ pub(super) struct Parsed<'a> {
     pub kind: ContainerKind,
     pub nodes: u32,
     pub indices: u32,
+    /// Numbers of trees and instances; `None` in a file of one tree.
+    pub levels: Option<LevelCounts>,
     /// Where the arrays begin, by name.
     pub arrays: Map<String, Value>,
     /// Everything after the header.
     pub data: &'a [u8],
+}
+
+/// Numbers of what only trees in two levels have.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LevelCounts {
+    /// Number of trees: one for each mesh, and the one over the instances.
+    pub trees: u32,
+    pub instances: u32,
 }
 
 /// Splits `bytes` at its first line feed, which must be among the first `most` and one more.
@@ -79,7 +89,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
     if version.ends_with(b"\r") {
         return Err(TreeFileError::TextMode);
     }
-    if version != VERSION.to_string().as_bytes() {
+    let is_version = |number: u32| version == number.to_string().as_bytes();
+    let has_levels = is_version(VERSION_TWO_LEVELS);
+    if !has_levels && !is_version(VERSION) {
         return Err(TreeFileError::Version(String::from_utf8_lossy(version).escape_debug().to_string()));
     }
     let (json, data) = line(rest, MAX_HEADER).ok_or(TreeFileError::HeaderEnd)?;
@@ -88,10 +100,21 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
     let (name, value) = ("container", required(&mut fields, "container")?);
     let kind = ContainerKind::WITH_ORIENTED.into_iter().find(|kind| value.as_str() == Some(kind.name()));
     let kind = kind.ok_or_else(|| wrong(name, &value, "\"box\", \"sphere\", \"dop\" or \"oriented\""))?;
+    if has_levels && kind != ContainerKind::Aabb {
+        return Err(wrong(name, &value, "\"box\", which trees in two levels have,"));
+    }
     let arity = number(&mut fields, "arity", 2..=32, "a whole number from 2 to 32")?;
     let [nodes, indices, triangles] = ["nodes", "indices", "triangles"]
         .map(|name| number(&mut fields, name, 0..=u32::MAX, "a count below 4294967296"));
     let (nodes, indices, triangles) = (nodes?, indices?, triangles?);
+    let levels = if has_levels {
+        let trees =
+            number(&mut fields, "trees", 2..=u32::MAX, "a count from 2 on, meshes and the tree over the instances,")?;
+        let instances = number(&mut fields, "instances", 1..=u32::MAX, "a count from 1 on")?;
+        Some(LevelCounts { trees, instances })
+    } else {
+        None
+    };
     let arrays = match required(&mut fields, "arrays")? {
         Value::Object(arrays) => arrays,
         other => return Err(wrong("arrays", &other, "an object of names and bytes")),
@@ -114,7 +137,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed<'_>, TreeFileError> {
         }
     };
     let header = Header { arity, triangles, builder, settings, build_ms, other: fields };
-    Ok(Parsed { header, kind, nodes, indices, arrays, data })
+    Ok(Parsed { header, kind, nodes, indices, levels, arrays, data })
 }
 
 /// Takes a field; null is as good as none.

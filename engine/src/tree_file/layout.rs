@@ -1,7 +1,10 @@
 //! First line of every tree file, and the names of its arrays.
 
-/// Version of the format that is read and written.
+/// Version of files that hold one tree.
 pub const VERSION: u32 = 1;
+
+/// Version of files that hold trees in two levels.
+pub const VERSION_TWO_LEVELS: u32 = 2;
 
 /// Maximum length of the second line in bytes.
 pub(super) const MAX_HEADER: usize = 1 << 20;
@@ -22,11 +25,39 @@ pub enum ArrayName {
     Indices,
     /// Corners of each triangle.
     Corners,
+    /// In two levels: numbers of nodes, indices and items of each tree.
+    Trees,
+    /// In two levels: mesh of each instance.
+    Instances,
+    /// In two levels: place of each instance.
+    Matrices,
+    /// In two levels: number that the author gave to each instance.
+    Ids,
 }
 
 impl ArrayName {
-    /// All arrays, in the order in which they are written.
-    pub const ALL: [Self; 5] = [Self::Bounds, Self::Children, Self::Leaves, Self::Indices, Self::Corners];
+    /// All arrays, in the order in which they are written; those that trees in two levels have alone come last.
+    pub const ALL: [Self; 9] = [
+        Self::Bounds,
+        Self::Children,
+        Self::Leaves,
+        Self::Indices,
+        Self::Corners,
+        Self::Trees,
+        Self::Instances,
+        Self::Matrices,
+        Self::Ids,
+    ];
+
+    /// True if a file may lack it.
+    pub(super) const fn is_optional(self) -> bool {
+        matches!(self, Self::Corners | Self::Ids)
+    }
+
+    /// True if only trees in two levels have it.
+    pub(super) const fn is_of_two_levels(self) -> bool {
+        matches!(self, Self::Trees | Self::Instances | Self::Matrices | Self::Ids)
+    }
 
     /// Name in the header.
     pub const fn name(self) -> &'static str {
@@ -36,6 +67,10 @@ impl ArrayName {
             Self::Leaves => "leaves",
             Self::Indices => "indices",
             Self::Corners => "corners",
+            Self::Trees => "trees",
+            Self::Instances => "instances",
+            Self::Matrices => "matrices",
+            Self::Ids => "ids",
         }
     }
 }

@@ -151,9 +151,9 @@ fn check_leaf(
         if slots.insert(index) {
             return Err(TreeFileError::LeafOverlap { node, index });
         }
-        let (triangle, triangles) = (arrays.triangle_at(index), arrays.triangles);
-        if triangle >= triangles {
-            return Err(TreeFileError::Index { node, index, triangle, triangles });
+        let (item, items) = (arrays.item_at(index), arrays.items);
+        if item >= items {
+            return Err(TreeFileError::Index { node, index, item, items, of: arrays.kind });
         }
     }
     Ok(())

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::bounds::FileContainer;
 use super::header::Header;
 use super::links::Steps;
+use super::write_levels::TwoLevelTrees;
 use crate::cancel::CancelToken;
 use crate::kernel::parallel::zeros;
 use crate::tree::{AnyTree, ContainerKind, Tree};
@@ -66,11 +67,52 @@ struct NodeRow(u32, Option<u32>, u32, Option<u32>, u32, u32, u32);
 pub fn write_nodes_csv(tree: &AnyTree, writer: &mut (impl Write + ?Sized), token: &CancelToken) -> io::Result<()> {
     let columns = [&COLUMNS, bounds_columns(tree.container_kind()), &["triangles"][..]].concat();
     writeln!(writer, "{}", columns.join(","))?;
+    write_csv_rows("", tree, writer, token)
+}
+
+/// Writes the nodes of both levels of `trees` as [`write_nodes_csv`] does, with the column `mesh` in front: empty for the tree over the
+/// instances, which comes first and whose leaves list instances in the column `items`, as those of meshes list triangles.
+///
+/// # Errors
+///
+/// As [`write_tree`](super::write_tree).
+pub fn write_level_nodes_csv(
+    trees: &TwoLevelTrees<'_>,
+    writer: &mut (impl Write + ?Sized),
+    token: &CancelToken,
+) -> io::Result<()> {
+    let columns = [&["mesh"][..], &COLUMNS, bounds_columns(trees.top.container_kind()), &["items"]].concat();
+    writeln!(writer, "{}", columns.join(","))?;
+    for_each_tree(trees, token, |mesh, tree, token| {
+        let mesh = mesh.map_or_else(String::new, |mesh| mesh.to_string());
+        write_csv_rows(&format!("{mesh},"), tree, writer, token)
+    })
+}
+
+/// Calls `write` with the tree over the instances, then with each mesh by its number.
+fn for_each_tree(
+    trees: &TwoLevelTrees<'_>,
+    token: &CancelToken,
+    mut write: impl FnMut(Option<usize>, &AnyTree, &CancelToken) -> io::Result<()>,
+) -> io::Result<()> {
+    let count = trees.meshes.len().saturating_add(1);
+    write(None, trees.top, &token.part(0, count))?;
+    let mut meshes = trees.meshes.iter().enumerate();
+    meshes.try_for_each(|(mesh, (tree, _))| write(Some(mesh), tree, &token.part(mesh.saturating_add(1), count)))
+}
+
+/// Writes a line for each node, with `before` in front.
+fn write_csv_rows(
+    before: &str,
+    tree: &AnyTree,
+    writer: &mut (impl Write + ?Sized),
+    token: &CancelToken,
+) -> io::Result<()> {
     let indices = tree.primitive_indices();
     let mut steps = Steps::silent(token);
     with_tree!(tree, tree => for_each_row(tree, token, |_, NodeRow(node, parent, depth, child, children, first, count), bounds| {
         let [parent, child] = [parent, child].map(|number| number.map_or_else(String::new, |number| number.to_string()));
-        write!(writer, "{node},{parent},{depth},{child},{children},{first},{count}")?;
+        write!(writer, "{before}{node},{parent},{depth},{child},{children},{first},{count}")?;
         bounds.iter().try_for_each(|number| write!(writer, ",{number:?}"))?;
         let of_leaf = if child.is_empty() { &indices[first as usize..][..count as usize] } else { &[] };
         for (place, triangle) in of_leaf.iter().enumerate() {
@@ -93,9 +135,50 @@ pub fn write_nodes_json(
     writer: &mut (impl Write + ?Sized),
     token: &CancelToken,
 ) -> io::Result<()> {
-    let columns = [&COLUMNS, bounds_columns(tree.container_kind())].concat();
+    write_json_head(tree.container_kind(), header, writer)?;
+    write_json_rows(tree, writer, token)?;
+    writeln!(writer, "}}")
+}
+
+/// Writes the nodes of both levels of `trees` as a JSON object: the header's fields and `columns` as [`write_nodes_json`] has them; `trees`, a
+/// list of objects with `mesh`, its number or null for the tree over the instances, which comes first, `nodes` and `indices`; and
+/// `instances`, a list of rows of the mesh and the twelve numbers of the matrix.
+///
+/// # Errors
+///
+/// As [`write_tree`](super::write_tree).
+pub fn write_level_nodes_json(
+    trees: &TwoLevelTrees<'_>,
+    header: &Header,
+    writer: &mut (impl Write + ?Sized),
+    token: &CancelToken,
+) -> io::Result<()> {
+    let triangles = trees.meshes.iter().map(|(_, triangles)| triangles.len()).fold(0, usize::saturating_add);
+    let triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
+    write_json_head(trees.top.container_kind(), &Header { triangles, ..header.clone() }, writer)?;
+    write!(writer, "\"trees\":[")?;
+    for_each_tree(trees, token, |mesh, tree, token| {
+        let before = if mesh.is_some() { ",\n" } else { "\n" };
+        write!(writer, "{before}{{\"mesh\":{},", Value::from(mesh))?;
+        write_json_rows(tree, writer, token)?;
+        write!(writer, "}}")
+    })?;
+    write!(writer, "],\n\"instances\":[")?;
+    let mut steps = Steps::silent(token);
+    for (index, instance) in trees.instances.iter().enumerate() {
+        steps.step().map_err(io::Error::other)?;
+        write!(writer, "{}[{}", if index > 0 { ",\n" } else { "\n" }, instance.mesh)?;
+        instance.matrix.as_flattened().iter().try_for_each(|number| write!(writer, ",{number:?}"))?;
+        write!(writer, "]")?;
+    }
+    writeln!(writer, "]}}")
+}
+
+/// Writes the beginning of an object: the header's fields and `columns`.
+fn write_json_head(kind: ContainerKind, header: &Header, writer: &mut (impl Write + ?Sized)) -> io::Result<()> {
+    let columns = [&COLUMNS, bounds_columns(kind)].concat();
     let fields = json!({
-        "container": tree.container_kind().name(),
+        "container": kind.name(),
         "triangles": header.triangles,
         "builder": header.builder,
         "settings": header.settings,
@@ -106,6 +189,11 @@ pub fn write_nodes_json(
     for (name, value) in fields.as_object().into_iter().flatten().filter(|(_, value)| !value.is_null()) {
         write!(writer, "{}:{value},", Value::from(name.as_str()))?;
     }
+    Ok(())
+}
+
+/// Writes `nodes` and `indices` of a tree.
+fn write_json_rows(tree: &AnyTree, writer: &mut (impl Write + ?Sized), token: &CancelToken) -> io::Result<()> {
     write!(writer, "\"nodes\":[")?;
     with_tree!(tree, tree => for_each_row(tree, token, |index, row, bounds| {
         write!(writer, "{}", if index > 0 { ",\n" } else { "\n" })?;
@@ -120,7 +208,7 @@ pub fn write_nodes_json(
         steps.step().map_err(io::Error::other)?;
         write!(writer, "{}{primitive}", if index > 0 { "," } else { "" })?;
     }
-    writeln!(writer, "]}}")
+    write!(writer, "]")
 }
 
 /// Calls `write` with each node, its number and the numbers of its bounds.

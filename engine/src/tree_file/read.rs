@@ -35,6 +35,11 @@ pub fn is_tree_file(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
+/// True if `bytes` begin as a file of trees in two levels does.
+pub fn is_two_levels(bytes: &[u8]) -> bool {
+    parse(bytes).is_ok_and(|parsed| parsed.levels.is_some())
+}
+
 /// Reads the header alone.
 ///
 /// # Errors
@@ -61,8 +66,8 @@ pub fn has_corners(bytes: &[u8]) -> Result<bool, TreeFileError> {
 pub fn read_corners(bytes: &[u8], max_bytes: u64, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
     let arrays = Arrays::find(&parse(bytes)?)?;
     let corners = arrays.corners.ok_or(TreeFileError::NoCorners)?;
-    allow(u64::from(arrays.triangles).saturating_mul(size_of::<Triangle>() as u64), max_bytes)?;
-    triangles(corners, arrays.triangles, token)
+    allow(u64::from(arrays.items).saturating_mul(size_of::<Triangle>() as u64), max_bytes)?;
+    triangles(corners, arrays.items, token)
 }
 
 impl TreeFile {
@@ -82,20 +87,18 @@ impl TreeFile {
         token.check()?;
         let parsed = parse(bytes)?;
         let arrays = Arrays::find(&parsed)?;
-        if let Some(mesh) = mesh.filter(|mesh| mesh.len() != arrays.triangles as usize) {
-            return Err(TreeFileError::OtherMesh { file: arrays.triangles, model: mesh.len() });
-        }
+        check_count(arrays.items, mesh)?;
         allow(peak_bytes(&parsed, &arrays, mesh.is_some()), max_bytes)?;
         match parsed.kind {
-            ContainerKind::Aabb => read_of::<Aabb>(parsed, &arrays, mesh, token),
-            ContainerKind::Sphere => read_of::<Sphere>(parsed, &arrays, mesh, token),
-            ContainerKind::Dop14 => read_of::<Dop14>(parsed, &arrays, mesh, token),
-            ContainerKind::Oriented => read_of::<OrientedBox>(parsed, &arrays, mesh, token),
+            ContainerKind::Aabb => file_of::<Aabb>(parsed, &arrays, mesh, token),
+            ContainerKind::Sphere => file_of::<Sphere>(parsed, &arrays, mesh, token),
+            ContainerKind::Dop14 => file_of::<Dop14>(parsed, &arrays, mesh, token),
+            ContainerKind::Oriented => file_of::<OrientedBox>(parsed, &arrays, mesh, token),
         }
     }
 }
 
-fn read_of<C: FileContainer>(
+fn file_of<C: FileContainer>(
     parsed: Parsed<'_>,
     arrays: &Arrays<'_>,
     mesh: Option<&[Triangle]>,
@@ -104,20 +107,47 @@ fn read_of<C: FileContainer>(
 where
     AnyTree: From<Tree<C>>,
 {
+    let OneTree { tree, corners, empty_nodes, numbers, faults } = read_of::<C>(arrays, mesh, token)?;
+    Ok(TreeFile { header: parsed.header, tree: tree.into(), corners, empty_nodes, numbers, faults })
+}
+
+/// A tree of triangles; see [`TreeFile`].
+pub(super) struct OneTree<C> {
+    pub tree: Tree<C>,
+    pub corners: Option<Vec<Triangle>>,
+    pub empty_nodes: u32,
+    pub numbers: Option<Vec<u32>>,
+    pub faults: Vec<Fault>,
+}
+
+/// Reads a tree over `mesh`, or where that is not known over the corners of the file.
+pub(super) fn read_of<C: FileContainer>(
+    arrays: &Arrays<'_>,
+    mesh: Option<&[Triangle]>,
+    token: &CancelToken,
+) -> Result<OneTree<C>, TreeFileError> {
     let links = Links::follow(arrays, &token.part(0, 3))?;
     let Assembled { tree, numbers } = assemble::<C>(arrays, &links, &token.part(1, 3))?;
     let corners = match arrays.corners {
-        Some(corners) if mesh.is_none() => Some(triangles(corners, arrays.triangles, token)?),
+        Some(corners) if mesh.is_none() => Some(triangles(corners, arrays.items, token)?),
         _ => None,
     };
     let known = mesh.or(corners.as_deref());
     let faults = faults::find(&tree, numbers.as_deref(), arrays, &links, known, &token.part(2, 3))?;
     token.set_progress(1.0);
-    Ok(TreeFile { header: parsed.header, tree: tree.into(), corners, empty_nodes: links.empty, numbers, faults })
+    Ok(OneTree { tree, corners, empty_nodes: links.empty, numbers, faults })
+}
+
+/// Checks that a tree over so many triangles can be one of `mesh`.
+pub(super) fn check_count(triangles: u32, mesh: Option<&[Triangle]>) -> Result<(), TreeFileError> {
+    match mesh.filter(|mesh| mesh.len() != triangles as usize) {
+        Some(mesh) => Err(TreeFileError::OtherMesh { file: triangles, model: mesh.len() }),
+        None => Ok(()),
+    }
 }
 
 /// The triangles in the array `corners`.
-fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
+pub(super) fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<Triangle>, TreeFileError> {
     let mut list = Vec::with_capacity(count as usize);
     let mut steps = Steps::new(token, u64::from(count));
     for triangle in 0..count {
@@ -128,7 +158,7 @@ fn triangles(corners: Rows<'_>, count: u32, token: &CancelToken) -> Result<Vec<T
 }
 
 /// Estimated peak of what reading allocates, in bytes. The file itself, which is in memory already, is not counted.
-fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
+pub(super) fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
     // Parent, place in the order, number and depth, and the stack, which grows by doubling.
     const OF_LINKS: u64 = 7 * size_of::<u32>() as u64;
     let node = match parsed.kind {
@@ -147,12 +177,12 @@ fn peak_bytes(parsed: &Parsed<'_>, arrays: &Arrays<'_>, has_mesh: bool) -> u64 {
     };
     let per_index = of_index.saturating_add(size_of::<u32>() as u64);
     let of_triangle = of_triangle.saturating_add(of_cuts[1]);
-    [(arrays.nodes, per_node), (arrays.indices, per_index), (arrays.triangles, of_triangle)]
+    [(arrays.nodes, per_node), (arrays.indices, per_index), (arrays.items, of_triangle)]
         .into_iter()
         .map(|(count, bytes)| u64::from(count).saturating_mul(bytes))
         .fold(0, u64::saturating_add)
 }
 
-fn allow(needed: u64, allowed: u64) -> Result<(), TreeFileError> {
+pub(super) fn allow(needed: u64, allowed: u64) -> Result<(), TreeFileError> {
     if needed <= allowed { Ok(()) } else { Err(TreeFileError::Memory { needed, allowed }) }
 }

@@ -30,7 +30,7 @@ fn mesh(triangles: Vec<Triangle>, settings: &BuildSettings) -> Mesh {
 }
 
 /// Turned, scaled, mirrored and sheared: a matrix whose scales are about `scale`.
-fn matrix(random: &mut Random, kind: usize, scale: f32) -> Mat3A {
+pub fn matrix(random: &mut Random, kind: usize, scale: f32) -> Mat3A {
     let turned = Mat3A::from_quat(Quat::from_euler(
         EulerRot::XYZ,
         random.signed() * 3.0,
@@ -61,7 +61,7 @@ fn flat(meshes: &[Mesh], copies: &[Placed], instances: &Instances) -> (Vec<Trian
 }
 
 /// Rays at corners, edges, faces and past them, from near and far, along axes, with short and long directions and limits.
-fn rays(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Ray> {
+pub fn rays(triangles: &[Triangle], count: usize, random: &mut Random) -> Vec<Ray> {
     let ray = |index: usize| {
         let triangle = triangles[random.below(triangles.len())];
         let size = triangle.bounds().extent().length().max(f32::MIN_POSITIVE);

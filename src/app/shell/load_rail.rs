@@ -187,10 +187,14 @@ impl LoadRail {
         if !is_loaded {
             state.model.load_options.instances = key.instances;
         }
-        // A tree file with its triangles is model and tree in one, until another tree of the model is chosen.
-        if scene.has_tree && self.loaded.as_ref().is_none_or(|loaded| loaded.source != key.source) {
-            let path = scene.source.path().map(Path::to_path_buf);
+        // A tree file with its triangles is model and tree in one, until another tree of the model is chosen; one of two levels has no tree
+        // of the flat scene.
+        let path = scene.source.path().map(Path::to_path_buf);
+        let is_new = |loaded: &LoadKey| loaded.source != key.source || loaded.instances != key.instances;
+        if scene.has_tree && self.loaded.as_ref().is_none_or(is_new) {
             state.wanted.tree_files[0] = state.wanted.tree_files[0].take().or(path);
+        } else if !scene.has_tree && path.is_some() && state.wanted.tree_files[0] == path {
+            state.wanted.tree_files[0] = None;
         }
         self.loaded = Some(key);
         self.file = file;

@@ -19,7 +19,6 @@ use crate::ray_file::{self, is_ray_file};
 use crate::scene::{FileFormat, FileRow, SceneSource, model_extensions};
 use crate::text::file_name;
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::tree_file::write_tree;
 
 /// A dialog that ends sooner without a file was never on the screen: nobody closes one this fast.
 const MIN_DIALOG_TIME: Duration = Duration::from_millis(700);
@@ -345,9 +344,8 @@ fn write_tree_file(accel: &Accel, tree: &str, folder: &Path) -> Result<PathBuf, 
     let name = Path::new(&label).file_stem().map_or_else(|| label.clone(), |stem| stem.to_string_lossy().into());
     let stem = format!("{name}{tree}");
     let token = CancelToken::new();
-    let write = |mut writer: &mut dyn std::io::Write| {
-        write_tree(&accel.tree, &accel.file_header(false), None, &mut writer, &token)
-            .map_err(|error| cannot_be_written(&error))
-    };
+    let trees = accel.file_trees(false, &token).map_err(|error| error.to_string())?;
+    let write =
+        |writer: &mut dyn std::io::Write| trees.write(false, writer, &token).map_err(|error| cannot_be_written(&error));
     write_new_with(folder, &stem, "bvh", write).map_err(|error| error.to_string())
 }

@@ -105,7 +105,7 @@ pub enum CommandArgs {
     Ray(RayArgs),
     /// Write the rays of a population as a file, or read those of another program
     Rays(RaysArgs),
-    /// Write the tree of a model as a file that other programs read, or its nodes as a table
+    /// Write the tree of a model as a file that other programs read, its nodes as a table, or their boxes
     Tree(TreeArgs),
 }
 
@@ -279,6 +279,7 @@ pub struct InfoArgs {
   bvhscope tree bunny.obj -o bunny.bvh --preset hq
   bvhscope tree bunny.obj -o bunny.bvh --wide --with-triangles
   bvhscope tree bunny.obj -o nodes.csv --tree mine.bvh
+  bvhscope tree bunny.obj -o boxes.obj
   bvhscope tree fox.glb -o refitted.bvh --clip Run --time 0.4 --policy refit
 
 docs/tree-file.md says what the files hold.")]
@@ -286,8 +287,8 @@ pub struct TreeArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    /// The file that is written: a tree file, or a table of the nodes
-    #[arg(short, long, value_name = "FILE.bvh|.csv|.json")]
+    /// The file that is written: a tree file, a table of the nodes, or their boxes as a model
+    #[arg(short, long, value_name = "FILE.bvh|.csv|.json|.obj")]
     pub output: PathBuf,
     /// Write the wide tree, through which pictures are traced; its nodes have up to eight children
     #[arg(long)]

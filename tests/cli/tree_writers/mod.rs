@@ -3,15 +3,20 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
 
+use bvhscope::accel::Accel;
+use bvhscope::scene::{Instancing, LoadOptions, SceneSource, load};
+use bvhscope_engine::geometry::Placement;
+use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::Node;
-use bvhscope_engine::tree_file::{Header, TreeFile, write_tree};
+use bvhscope_engine::tree_file::{Header, Instance, KnownScene, TreeFile, TwoLevelFile, write_tree};
 use bvhscope_engine::{AnyTree, BuildSettings, CancelToken, ContainerKind, Preset, Sphere, Triangle, build};
 use glam::Vec3;
 use serde_json::json;
 
 use crate::support::{Lack, skip};
-use crate::tree_check::{checked, compiled, repository, run_tool, triangles_of, write_triangles};
+use crate::tree_check::{checked, compiled, rays, repository, run_tool, triangles_of, write_triangles};
 
 /// The triangles of `every_field.c`.
 fn row() -> Vec<Triangle> {
@@ -76,6 +81,39 @@ fn the_documented_lines_of_c_write_a_tree() {
     run_tool(Command::new(&program).current_dir(folder.path())).unwrap();
     let file = checked(&folder.path().join("mine.bvh"), &row());
     assert_eq!((file.tree.node_count(), file.numbers), (3, None));
+}
+
+/// The same of two levels, with two instances of a triangle.
+#[test]
+fn the_documented_lines_of_c_write_trees_in_two_levels() {
+    let document = std::fs::read_to_string(repository("docs/tree-file.md")).unwrap();
+    let lines = document.split("```c\n").nth(2).and_then(|rest| rest.split("```").next()).expect("lines of C");
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("write.c");
+    let program = format!(
+        "#include <stdint.h>\n#include <stdio.h>\nint main(void) {{\n\
+         float bounds[24] = {{1, 0, 0, 1, 1, 1, 1, 0, 0, 6, 1, 1, 1, 0, 0, 1, 1, 1, 6, 0, 0, 6, 1, 1}};\n\
+         uint32_t children[8] = {{0, 0, 1, 2}}, leaves[8] = {{0, 1, 0, 0, 0, 1, 1, 1}}, order[3] = {{0, 0, 1}};\n\
+         uint32_t nodes = 4, indices = 3, triangles = 1, trees = 2, instances = 2;\n\
+         uint32_t counts[6] = {{1, 1, 1, 3, 2, 2}}, meshes[2] = {{0, 0}};\n\
+         float matrices[24] = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0}};\n\
+         {lines}\nreturn 0;\n}}\n"
+    );
+    std::fs::write(&source, program).unwrap();
+    let program = folder.path().join("write");
+    let Some(()) = compiled("cc", &["-std=c99"], &source, &program, &[]) else { return };
+    run_tool(Command::new(&program).current_dir(folder.path())).unwrap();
+    let bytes = std::fs::read(folder.path().join("mine.bvh")).unwrap();
+    let meshes = [&row()[..1]];
+    let instances: Vec<Instance> = [0.0, 5.0]
+        .map(|x| Instance { mesh: 0, matrix: [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] })
+        .to_vec();
+    let bounds = row()[0].bounds();
+    let places: Vec<Placement> =
+        instances.iter().map(|one| Placement::new(&one.transform(), &bounds).unwrap()).collect();
+    let scene = KnownScene { meshes: meshes.to_vec(), instances: places.iter().map(|place| (0, place)).collect() };
+    let file = TwoLevelFile::read(&bytes, Some(&scene), u64::MAX, &CancelToken::new()).unwrap();
+    assert_eq!((file.faults, file.instances, file.top.tree.node_count()), (Vec::new(), instances, 3));
 }
 
 const MODEL: &str = "builtin:teapot:4";
@@ -150,6 +188,67 @@ fn the_builder_in_python_writes_a_tree() {
         }
     }
 }
+
+/// Opens a file of two levels and fails where rays find anything else than in the flat scene that it holds.
+fn checked_levels(path: &Path, triangles: &[Triangle]) {
+    let token = CancelToken::new();
+    let source = SceneSource::parse(path.as_os_str()).unwrap();
+    let scene = |instances: Instancing| {
+        let options = LoadOptions { instances, ..LoadOptions::default() };
+        Arc::new(load(&source, &options, &token).unwrap())
+    };
+    let (flat, levels) = (scene(Instancing::Flat), scene(Instancing::Auto));
+    assert_eq!((flat.triangles.len(), flat.has_tree), (100 * triangles.len(), false));
+    let flat = Accel::build(&flat, &BuildSettings::default(), &token).unwrap();
+    let levels = Accel::read(&levels, path, Passes::NONE, &token).unwrap();
+    assert_eq!((levels.faults(), levels.builder_name().as_ref()), (&[][..], "median split"));
+    let mut hits = 0;
+    for ray in rays(&flat.scene.triangles) {
+        let expected = flat.wide().closest_hit(&ray);
+        let found = levels.levels().unwrap().wide().closest_hit(&ray);
+        let found = found.map(|hit| (levels.levels().unwrap().number(&hit), hit.t, hit.u, hit.v));
+        assert_eq!(found, expected.map(|hit| (hit.primitive_index, hit.t, hit.u, hit.v)), "{ray:?}");
+        hits += usize::from(found.is_some());
+    }
+    assert!(hits > 40, "only {hits} hits");
+}
+
+#[test]
+fn the_builders_in_c_and_python_write_trees_in_two_levels() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mesh, program, tree] = ["mesh.f32", "two_levels", "mine.bvh"].map(|name| folder.path().join(name));
+    let triangles = triangles_of("builtin:teapot:2");
+    write_triangles(&triangles, &mesh);
+    if compiled("cc", &["-std=c99"], &repository("examples/tree_file/two_levels.c"), &program, &[]).is_some() {
+        run_tool(Command::new(&program).args([&mesh, &tree])).unwrap();
+        checked_levels(&tree, &triangles);
+    }
+    for with_numpy in [false, true] {
+        if can_run(folder.path(), with_numpy) {
+            let script = repository("examples/tree_file/two_levels.py");
+            run_tool(python(folder.path(), with_numpy).arg(script).args([&mesh, &tree])).unwrap();
+            checked_levels(&tree, &triangles);
+            let before = std::fs::read(&tree).unwrap();
+            run_tool(python(folder.path(), with_numpy).args(["-c", COPY_LEVELS]).args([&tree, &tree])).unwrap();
+            let [before, after] = [before, std::fs::read(&tree).unwrap()]
+                .map(|bytes| TwoLevelFile::read(&bytes, None, u64::MAX, &CancelToken::new()).unwrap());
+            assert_eq!(before, TwoLevelFile { ids: None, ..after.clone() });
+            assert_eq!(after.ids, Some((0..100).collect()));
+        }
+    }
+}
+
+/// Reads a file of two levels, and writes what it read with a number for each instance.
+const COPY_LEVELS: &str = "\
+import sys, bvhscope_tree
+t = bvhscope_tree.read_two_levels(sys.argv[1])
+def parts(tree):
+    arity = t.header['arity']
+    rows = [list(map(int, row)) for row in zip(*[iter(getattr(tree.children, 'flat', tree.children))] * arity)]
+    return dict(bounds=tree.bounds, children=rows, leaves=tree.leaves, indices=tree.indices)
+bvhscope_tree.write_two_levels(sys.argv[2], [dict(parts(m), corners=m.corners) for m in t.meshes], parts(t.top), t.instances,
+                               t.matrices, ids=range(len(t.instances)), builder=t.header['builder'])
+";
 
 /// Reads a file and writes what it read.
 const COPY: &str = "\

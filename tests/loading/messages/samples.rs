@@ -303,15 +303,41 @@ fn tree_file(from: &str, to: &str, leaf: [u32; 2], max_y: f32) -> Vec<u8> {
     bytes
 }
 
+/// A tree file in two levels: a triangle, and one instance of a mesh.
+fn two_levels(mesh: u32) -> Vec<u8> {
+    let header = r#"{"container":"box","arity":2,"nodes":2,"indices":2,"triangles":1,"trees":2,"instances":1,"arrays":{"bounds":0,
+        "children":48,"leaves":64,"indices":80,"corners":88,"trees":124,"instances":148,"matrices":152}}"#;
+    let header: String = header.lines().map(str::trim).collect();
+    let bounds = [0.0, 0.0, 0.0, 1.0, 1.0, 0.0];
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let whole = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    [
+        format!("bvhscope tree 2\n{header}\n").into_bytes(),
+        floats(&[bounds, bounds].concat()),
+        whole(&[u32::MAX, u32::MAX, u32::MAX, u32::MAX, 0, 1, 0, 1, 0, 0]),
+        floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+        whole(&[1, 1, 1, 1, 1, 1, mesh]),
+        floats(&[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+    ]
+    .concat()
+}
+
 fn tree_files() -> Vec<Sample> {
     let sound = || tree_file("", "", [0, 1], 1.0);
     let header = |from: &str, to: &str| tree_file(from, to, [0, 1], 1.0);
     let of_model = |what: &str, bytes: Vec<u8>| {
         command(what, "info a.obj --tree a.bvh").beside("a.obj", OBJ).beside("a.bvh", bytes)
     };
+    let of_copies = |what: &str, bytes: Vec<u8>| {
+        command(what, "info builtin:stack:2 --instances two-level --tree a.bvh").beside("a.bvh", bytes)
+    };
     vec![
         of_model("not a tree file", b"Dear user\n".to_vec()),
-        of_model("a later version", b"bvhscope tree 2\n".to_vec()),
+        of_model("a later version", b"bvhscope tree 3\n".to_vec()),
+        of_model("trees in two levels for a flat model", two_levels(0)),
+        of_copies("one tree for a model in two levels", sound()),
+        of_copies("trees of another scene", two_levels(0)),
+        file("an instance of no mesh", "a.bvh", two_levels(9)),
         of_model("a header that is not JSON", b"bvhscope tree 1\n{container: box}\n".to_vec()),
         of_model("a field missing", header("\"arity\":2,", "")),
         of_model("a field with a wrong value", header("\"arity\":2", "\"arity\":64")),

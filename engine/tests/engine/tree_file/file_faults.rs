@@ -2,7 +2,7 @@
 
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::tree_file::serde_json::json;
-use bvhscope_engine::tree_file::{Fault, FaultKind};
+use bvhscope_engine::tree_file::{Fault, FaultKind, WhichTree};
 
 use super::draft::{Draft, NONE, header, sample, sample_mesh, upright};
 
@@ -17,7 +17,14 @@ fn nodes_outside_of_their_parents_are_listed_with_the_largest_excess() {
     // By a quarter below and by a half above.
     draft.bounds[3] = vec![0.0, -0.25, 0.0, 0.0, 1.0, 1.0];
     draft.bounds[4] = vec![1.0, 0.0, 0.0, 1.0, 1.0, 1.5];
-    let expected = Fault { kind: FaultKind::NodeOutside, count: 2, first: 3, excess: 0.5, nodes: vec![3, 4] };
+    let expected = Fault {
+        kind: FaultKind::NodeOutside,
+        tree: WhichTree::Only,
+        count: 2,
+        first: 3,
+        excess: 0.5,
+        nodes: vec![3, 4],
+    };
     assert_eq!(faults(&draft), std::slice::from_ref(&expected));
     assert_eq!(expected.to_string(), "2 nodes stick out of their parents by up to 0.5, first node 3");
     // The same nodes under other numbers.
@@ -57,7 +64,8 @@ fn a_last_place_of_a_box_counts_and_a_last_place_of_a_sphere_does_not() {
 fn leaves_that_do_not_enclose_their_triangles_are_listed() {
     let mut draft = sample();
     draft.bounds[2] = vec![2.0, 0.0, 0.0, 3.0, 1.0, 0.75];
-    let expected = Fault { kind: FaultKind::LeafOutside, count: 1, first: 2, excess: 0.25, nodes: vec![2] };
+    let expected =
+        Fault { kind: FaultKind::LeafOutside, tree: WhichTree::Only, count: 1, first: 2, excess: 0.25, nodes: vec![2] };
     assert_eq!(faults(&draft), std::slice::from_ref(&expected), "both triangles of the leaf count as one leaf");
     assert_eq!(
         expected.to_string(),
@@ -81,7 +89,14 @@ fn a_triangle_in_several_leaves_needs_them_all_together() {
     draft.bounds[4] = vec![0.0, 0.0, 0.5, 0.0, 0.5, 1.0];
     assert_eq!(faults(&draft), []);
     draft.bounds[4][5] = 0.875;
-    let expected = Fault { kind: FaultKind::LeafOutside, count: 2, first: 3, excess: 0.125, nodes: vec![3, 4] };
+    let expected = Fault {
+        kind: FaultKind::LeafOutside,
+        tree: WhichTree::Only,
+        count: 2,
+        first: 3,
+        excess: 0.125,
+        nodes: vec![3, 4],
+    };
     assert_eq!(faults(&draft), [expected]);
 }
 
@@ -90,7 +105,14 @@ fn triangles_in_no_leaf_are_counted() {
     let mut draft = sample();
     draft.indices = vec![0, 0, 2, 2];
     draft.bounds[4] = draft.bounds[3].clone();
-    let expected = Fault { kind: FaultKind::TriangleMissing, count: 2, first: 1, excess: 0.0, nodes: Vec::new() };
+    let expected = Fault {
+        kind: FaultKind::TriangleMissing,
+        tree: WhichTree::Only,
+        count: 2,
+        first: 1,
+        excess: 0.0,
+        nodes: Vec::new(),
+    };
     assert_eq!(faults(&draft), std::slice::from_ref(&expected));
     assert_eq!(expected.to_string(), "2 triangles are in no leaf, first triangle 1");
     // The same without the triangles, whose number nothing bears out.
@@ -120,7 +142,14 @@ fn nodes_that_nothing_reaches_are_counted() {
     draft.children.extend([vec![1, 1_000], vec![NONE, NONE]]);
     draft.leaves.extend([[0, 0], [70, 70]]);
     let file = draft.read(None).unwrap();
-    let expected = Fault { kind: FaultKind::NodeUnreached, count: 2, first: 5, excess: 0.0, nodes: Vec::new() };
+    let expected = Fault {
+        kind: FaultKind::NodeUnreached,
+        tree: WhichTree::Only,
+        count: 2,
+        first: 5,
+        excess: 0.0,
+        nodes: Vec::new(),
+    };
     assert_eq!(file.faults, std::slice::from_ref(&expected));
     assert_eq!(expected.to_string(), "2 nodes are not reached, first node 5");
     assert_eq!(file.tree, sample().read(None).unwrap().tree);

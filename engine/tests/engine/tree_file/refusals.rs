@@ -62,7 +62,8 @@ fn broken() -> Vec<(Vec<u8>, &'static str)> {
         (vec![0; 300], "the file holds only zero bytes"),
         (b"v 0 0 0\nf 1 1 1\n".to_vec(), "does not begin with the line 'bvhscope tree 1'"),
         (b"bvhscope tree 1".to_vec(), "does not begin with the line 'bvhscope tree 1'"),
-        (magic("bvhscope tree 2"), "is a tree file of version '2', not 1"),
+        (magic("bvhscope tree 3"), "is a tree file of version '3', neither 1 nor 2"),
+        (magic("bvhscope tree 2"), "the header has no 'trees'"),
         (magic("bvhscope tree 1\r"), "was written in text mode: the first line ends in CR LF"),
         // The second.
         (

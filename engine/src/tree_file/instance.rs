@@ -1,0 +1,31 @@
+//! Instances of meshes, and the scene that has them.
+
+use glam::{Affine3A, Vec3};
+
+use crate::geometry::{Placement, Triangle};
+
+/// A copy of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instance {
+    /// Number of the mesh.
+    pub mesh: u32,
+    /// From the coordinates of the mesh to those of the world: by axis of the world the factors of x, y and z, and the translation.
+    pub matrix: [[f32; 4]; 3],
+}
+
+impl Instance {
+    /// Its matrix as a transform.
+    pub fn transform(&self) -> Affine3A {
+        let column = |at: usize| Vec3::from_array(self.matrix.map(|row| row[at]));
+        Affine3A::from_cols(column(0).into(), column(1).into(), column(2).into(), column(3).into())
+    }
+}
+
+/// The scene that a file is of, where it is known.
+#[derive(Debug, Clone)]
+pub struct KnownScene<'a> {
+    /// The triangles of each mesh.
+    pub meshes: Vec<&'a [Triangle]>,
+    /// The mesh of each instance, and where it stands.
+    pub instances: Vec<(u32, &'a Placement)>,
+}
