@@ -256,7 +256,10 @@ const OWN: [(&str, &[Field]); 9] = [
             ("max_arity", "Most children of a node, as the file states it"),
             ("builder_settings", "Settings of the builder, as the file states them"),
             ("empty_nodes", "Number of nodes without triangles, which were left out"),
-            ("faults", "Faults of each kind, with their number, the first node, in two levels the mesh that has it, and the largest excess"),
+            (
+                "faults",
+                "Faults of each kind, with their number, the first node, in two levels the mesh that has it, and the largest excess",
+            ),
         ],
     ),
     (
