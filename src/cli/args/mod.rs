@@ -105,7 +105,7 @@ pub enum CommandArgs {
     Ray(RayArgs),
     /// Write the rays of a population as a file, or read those of another program
     Rays(RaysArgs),
-    /// Write the tree of a model as a file that other programs read, its nodes as a table, or their boxes
+    /// Write the tree of a model as a file for other programs, its nodes as a table, or their boxes
     Tree(TreeArgs),
 }
 
@@ -287,8 +287,8 @@ pub struct TreeArgs {
     /// The model: a file, or builtin:NAME[:SIZE] [default: builtin:teapot]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
-    /// The file that is written: a tree file, a table of the nodes, or their boxes as a model
-    #[arg(short, long, value_name = "FILE.bvh|.csv|.json|.obj")]
+    /// The file that is written: a tree file (.bvh), a table of the nodes (.csv, .json), or their boxes as a model (.obj)
+    #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Write the wide tree, through which pictures are traced; its nodes have up to eight children
     #[arg(long)]
