@@ -131,10 +131,10 @@ mod tests {
     use super::*;
     use crate::scene::{Instancing, LoadOptions, SceneSource, load};
 
-    fn crates() -> Arc<Scene> {
+    fn forest() -> Arc<Scene> {
         let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
         Arc::new(
-            load(&SceneSource::parse("builtin:stack:60".as_ref()).unwrap(), &options, &CancelToken::new()).unwrap(),
+            load(&SceneSource::parse("builtin:forest:120".as_ref()).unwrap(), &options, &CancelToken::new()).unwrap(),
         )
     }
 
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn ratios_are_those_of_boxes_around_corners() {
-        let (scene, token) = (crates(), CancelToken::new());
+        let (scene, token) = (forest(), CancelToken::new());
         let copies = scene.copies.as_deref().unwrap();
         let all: Vec<u32> = (0..copies.copies().len() as u32).collect();
         let boxes = CopyBoxes::new(&scene, copies, &token).unwrap();
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn means_are_over_copies_at_equal_distances_where_there_are_too_many() {
-        let (scene, token) = (crates(), CancelToken::new());
+        let (scene, token) = (forest(), CancelToken::new());
         let copies = scene.copies.as_deref().unwrap();
         let boxes = CopyBoxes::new(&scene, copies, &token).unwrap();
         let of_mesh =

@@ -40,7 +40,8 @@ fn check(harness: &mut Window) {
     let text = copied(harness, "Copy");
     let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
     let named = |name: &str| lines.iter().find(|cells| cells[0] == name).unwrap_or_else(|| panic!("{name}: {text}"));
-    for row in &expected {
+    // Meshes that no ray enters are summed up.
+    for row in expected.iter().filter(|row| row.part.mesh.is_none() || row.cost.entered_per_ray > 0.0) {
         let numbers = [row.cost.container_tests_per_ray, row.cost.primitive_tests_per_ray].map(number);
         let found = match (row.part.mesh, row.part.copy) {
             (_, Some(copy)) => &named(&copy.to_string())[7..9],
@@ -66,7 +67,7 @@ fn chosen(harness: &Window, copy: u32) -> (Option<u32>, Option<u32>) {
 fn costs_are_those_of_the_chosen_rays() {
     let mut harness = open();
     check(&mut harness);
-    harness.state_mut().state.model.derived.population = Population::Ao;
+    harness.state_mut().state.model.derived.population = Population::AmbientOcclusion;
     settle(&mut harness);
     check(&mut harness);
 }

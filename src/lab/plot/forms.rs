@@ -55,7 +55,7 @@ fn chart(title: &str, up: &str, rows: &[&CostInForm], value: fn(&CostInForm) -> 
         },
     ];
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let axes = [Axis::fitted(points().map(|point| point.x)), Axis::linear(points().map(|point| point.y))];
+    let axes = [Axis::fitted(points().map(|point| point.x)), Axis::fitted(points().map(|point| point.y))];
     let labels = ["Parts for each copy".to_owned(), up.to_owned()];
     Chart { title: title.to_owned(), labels, axes, curves, rows: Vec::new() }
 }

@@ -30,6 +30,7 @@ pub fn form_costs(scene: &str, rows: &[&CostInForm]) -> ReportTable {
         format!("{scene}, {}: {}", row.population.label(), counted(row.cost.rays, "rays"))
     });
     let mut table = ReportTable::new(title, &columns);
+    table.notes.extend(fewest(rows));
     for row in rows {
         let (form, cost) = (&row.form, &row.cost);
         table.rows.push(vec![
@@ -52,7 +53,6 @@ pub fn form_costs(scene: &str, rows: &[&CostInForm]) -> ReportTable {
         "Parts: of copies, in the tree above. Ready: one build each. Entered: parts whose mesh's tree a ray is tested with. Nodes have up to eight boxes, blocks up to four triangles or boxes of \
          parts. {hits}"
     ));
-    table.notes.extend(fewest(rows));
     table
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{self, ScrollArea, Ui, UiBuilder};
 
-use super::{CountsRays, GAP, plot, report};
+use super::{GAP, plot, report};
 use crate::accel::Accel;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts;
@@ -45,16 +45,14 @@ impl MeasuredForms {
         copy_forms(accel, flat.as_ref(), &OPEN, rays, &of_forms, &mut |row| self.rows.push(row))
     }
 
+    pub(super) fn rays(&self) -> u64 {
+        self.rows.first().map_or(0, |row| row.cost.rays)
+    }
+
     fn table(&self, shown: &Presented) -> ReportTable {
         let mut table = form_costs(&scene_of(shown), &self.rows.iter().collect::<Vec<_>>());
         table.notes.extend(self.without_flat.as_ref().map(|reason| format!("The flat scene is left out: {reason}.")));
         table
-    }
-}
-
-impl CountsRays for MeasuredForms {
-    fn rays(&self) -> u64 {
-        self.rows.first().map_or(0, |row| row.cost.rays)
     }
 }
 
@@ -68,9 +66,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, known: 
     let [left, right] = parts::beside(ui, TABLE, GAP);
     ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
         let area = ScrollArea::both().id_salt("forms").auto_shrink(false);
-        // All views are of whole copies.
-        let on_screen = known.rows.iter().position(|row| row.form.open == Some(1.0));
-        area.show(ui, |ui| report(ui, state, &known.table(shown), on_screen));
+        area.show(ui, |ui| report(ui, state, &known.table(shown)));
     });
     let rows: Vec<&CostInForm> = known.rows.iter().collect();
     ui.scope_builder(UiBuilder::new().max_rect(right), |ui| {

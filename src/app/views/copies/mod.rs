@@ -30,7 +30,7 @@ use bvhscope_engine::cancel::Cancelled;
 /// Number of copies that are listed.
 const MOST_COPIES: usize = 200;
 /// Part of the width that the table takes.
-const TABLE: f32 = 0.56;
+const TABLE: f32 = 0.62;
 /// Gap between table and list or plots in points.
 const GAP: f32 = 16.0;
 
@@ -161,16 +161,17 @@ fn outcome<T>(measured: Result<(), LabError>, value: impl FnOnce() -> T) -> Resu
     }
 }
 
-/// Shows what was measured by `show`, or why there is nothing.
-fn answer<T: CountsRays>(
+/// Shows what was measured by so many `rays` by `show`, or why there is nothing.
+fn answer<T>(
     ui: &mut Ui,
     state: &mut AppState,
     shown: &Presented,
     known: &Measured<T>,
+    rays: fn(&T) -> u64,
     show: impl FnOnce(&mut Ui, &mut AppState, &T),
 ) {
     match known {
-        Ok(known) if known.rays() == 0 => {
+        Ok(known) if rays(known) == 0 => {
             empty_view(ui, parts::no_rays(state, shown).unwrap_or("There are no such rays"));
         }
         Ok(known) => show(ui, state, known),
@@ -178,13 +179,7 @@ fn answer<T: CountsRays>(
     }
 }
 
-/// A measurement by rays.
-trait CountsRays {
-    /// Number of rays.
-    fn rays(&self) -> u64;
-}
-
-impl CountsRays for MeasuredParts {
+impl MeasuredParts {
     fn rays(&self) -> u64 {
         self.rows.first().map_or(0, |row| row.rays)
     }
@@ -253,7 +248,7 @@ impl CopiesView {
             let study = (&mut self.parts, inputs);
             return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, COUNTING);
         };
-        answer(ui, state, shown, known, |ui, state, known| self.body(ui, state, shown, known));
+        answer(ui, state, shown, known, MeasuredParts::rays, |ui, state, known| self.body(ui, state, shown, known));
     }
 
     /// Shows the forms of the scene, or waits for them.
@@ -266,7 +261,7 @@ impl CopiesView {
             let study = (&mut self.forms, inputs);
             return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, BUILDING);
         };
-        answer(ui, state, shown, known, |ui, state, known| forms::show(ui, state, shown, known));
+        answer(ui, state, shown, known, MeasuredForms::rays, |ui, state, known| forms::show(ui, state, shown, known));
     }
 
     /// The table of the meshes on the left, and the list of copies beside it.
@@ -274,7 +269,7 @@ impl CopiesView {
         let [left, right] = parts::beside(ui, TABLE, GAP);
         ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
             let area = ScrollArea::both().id_salt("copies").auto_shrink(false);
-            area.show(ui, |ui| report(ui, state, &part_table(shown, known), None));
+            area.show(ui, |ui| report(ui, state, &part_table(shown, known)));
         });
         ui.scope_builder(UiBuilder::new().max_rect(right), |ui| {
             dearest::show(ui, state, &known.dearest, &mut self.revealed);
@@ -287,25 +282,27 @@ fn part_table(shown: &Presented, known: &MeasuredParts) -> ReportTable {
     mesh_costs(&shown.accel.scene.source.label(), &known.rows.iter().collect::<Vec<_>>())
 }
 
-/// Shows `report`, of whose rows the one of `best` is that on the screen.
-fn report(ui: &mut Ui, state: &mut AppState, report: &ReportTable, on_screen: Option<usize>) {
+/// Shows a table with its notes.
+fn report(ui: &mut Ui, state: &mut AppState, report: &ReportTable) {
     let columns = report.columns.iter().map(|(name, unit)| {
         let is_count = unit == "a ray";
         Column { name, unit, better: is_count.then_some(Direction::Less), has_best: false }
     });
-    let row =
-        |(index, cells)| TableRow { cells, is_remark: false, is_shown: on_screen == Some(index), preliminary: None };
+    let row = |cells| TableRow { cells, is_remark: false, is_shown: false, preliminary: None };
     let shown = Table {
         title: &report.title,
         columns: columns.collect(),
-        rows: report.rows.iter().map(|cells| &cells[..]).enumerate().map(row).collect(),
+        rows: report.rows.iter().map(|cells| row(&cells[..])).collect(),
         opens: None,
     };
     if let Some(row) = table::show(ui, &shown).copied {
         state.copy(report.rows[row].join("\t"), "Row copied");
     }
+    // The table may be wider than what is seen of it.
+    let width = ui.clip_rect().width() - 2.0 * ui.spacing().scroll.allocated_width();
     for note in &report.notes {
-        ui.add(egui::Label::new(egui::RichText::new(note).weak()).wrap());
+        let label = egui::Label::new(egui::RichText::new(note).weak()).wrap();
+        ui.allocate_ui(egui::vec2(width, 0.0), |ui| ui.add(label));
     }
 }
 
