@@ -2,15 +2,26 @@
 
 use egui::{self, RichText, Ui};
 
-use super::DearCopy;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Request};
 use crate::app::theme;
 use crate::app::viewport::picking;
 use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
+use crate::lab::copy_costs::CostInPart;
 use crate::lab::report_table::number;
 use crate::text::count;
+
+/// A copy in the list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DearCopy {
+    /// Its index.
+    pub(super) copy: u32,
+    /// The leaf of the tree over the copies that holds it.
+    pub(super) leaf: Option<u32>,
+    /// Its cost.
+    pub(super) row: CostInPart,
+}
 
 /// Names, widths in points and meanings of the columns behind that of the copy.
 const COLUMNS: [(&str, f32, &str); 4] = [

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use egui::{self, ScrollArea, Ui, UiBuilder};
 
-use super::{GAP, plot, report};
+use super::plot;
+use super::report::{GAP, report};
 use crate::accel::Accel;
 use crate::app::state::{AppState, Presented, Request};
 use crate::app::views::parts;

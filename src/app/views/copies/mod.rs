@@ -3,13 +3,16 @@
 mod dearest;
 mod forms;
 mod plot;
+mod report;
 
 use std::sync::Arc;
 
 use egui::{self, Align, Key, Layout, ScrollArea, Ui, UiBuilder};
 use serde::{Deserialize, Serialize};
 
+use self::dearest::DearCopy;
 use self::forms::MeasuredForms;
+use self::report::{GAP, report};
 use super::parts;
 use crate::accel::Accel;
 use crate::app::format;
@@ -17,9 +20,7 @@ use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, Derived, Presented, Request, Study, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{Needs, View};
-use crate::app::widgets::table::{self, Column, Table, TableRow};
 use crate::app::widgets::{Tip as _, chip, empty_view};
-use crate::catalog::numbers::Direction;
 use crate::lab::LabError;
 use crate::lab::copy_costs::{CostInPart, copy_costs};
 use crate::lab::population::ViewRays;
@@ -31,21 +32,10 @@ use bvhscope_engine::cancel::Cancelled;
 const MOST_COPIES: usize = 200;
 /// Part of the width that the table takes.
 const TABLE: f32 = 0.62;
-/// Gap between table and list or plots in points.
-const GAP: f32 = 16.0;
 
 /// Labels of the studies.
 const COUNTING: &str = "Tracing rays through both levels";
 const BUILDING: &str = "Building the forms of the scene";
-
-/// A copy in the list of those with most tests.
-#[derive(Debug, Clone, Copy)]
-struct DearCopy {
-    copy: u32,
-    /// The leaf of the tree over the copies that holds it.
-    leaf: Option<u32>,
-    row: CostInPart,
-}
 
 /// The costs of the rays in all parts of the scene.
 #[derive(Debug)]
@@ -58,7 +48,7 @@ struct MeasuredParts {
 /// The costs, or why there are none.
 type Measured<T> = Result<T, String>;
 
-/// What the view shows, and what was measured.
+/// The choice of the user, and the measurements.
 #[derive(Debug, Default)]
 pub struct CopiesView {
     shows_forms: bool,
@@ -152,7 +142,7 @@ impl View for CopiesView {
     }
 }
 
-/// What was measured; a refusal is one, too.
+/// A measurement, of which a refusal is an outcome, too.
 fn outcome<T>(measured: Result<(), LabError>, value: impl FnOnce() -> T) -> Result<Measured<T>, Cancelled> {
     match measured {
         Ok(()) => Ok(Ok(value())),
@@ -280,30 +270,6 @@ impl CopiesView {
 
 fn part_table(shown: &Presented, known: &MeasuredParts) -> ReportTable {
     mesh_costs(&shown.accel.scene.source.label(), &known.rows.iter().collect::<Vec<_>>())
-}
-
-/// Shows a table with its notes.
-fn report(ui: &mut Ui, state: &mut AppState, report: &ReportTable) {
-    let columns = report.columns.iter().map(|(name, unit)| {
-        let is_count = unit == "a ray";
-        Column { name, unit, better: is_count.then_some(Direction::Less), has_best: false }
-    });
-    let row = |cells| TableRow { cells, is_remark: false, is_shown: false, preliminary: None };
-    let shown = Table {
-        title: &report.title,
-        columns: columns.collect(),
-        rows: report.rows.iter().map(|cells| row(&cells[..])).collect(),
-        opens: None,
-    };
-    if let Some(row) = table::show(ui, &shown).copied {
-        state.copy(report.rows[row].join("\t"), "Row copied");
-    }
-    // The table may be wider than what is seen of it.
-    let width = ui.clip_rect().width() - 2.0 * ui.spacing().scroll.allocated_width();
-    for note in &report.notes {
-        let label = egui::Label::new(egui::RichText::new(note).weak()).wrap();
-        ui.allocate_ui(egui::vec2(width, 0.0), |ui| ui.add(label));
-    }
 }
 
 /// The buttons that copy both tables and walk through the copies.
