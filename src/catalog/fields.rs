@@ -158,7 +158,7 @@ const FORMS: [Field; 15] = [
 ];
 
 /// Of `copies`, behind the threads.
-const COPIES: [Field; 17] = [
+const COPIES: [Field; 20] = [
     ("population", "The rays"),
     ("rays", "Number of rays"),
     ("part", "Of the scene: all, above (the tree over the copies), mesh (all copies of it) or copy"),
@@ -167,6 +167,15 @@ const COPIES: [Field; 17] = [
     ("copies", "Number of copies in it"),
     ("mesh_triangles", "Triangles of one copy; absent where the part is not of one mesh"),
     ("center", "Middle of the box of the copy, as containers have it; absent where the part is not one"),
+    (
+        "mesh_box_ratio",
+        "Surface area of the box around the turned box of the mesh, over that of the box of the copy's triangles: the mean over its copies; absent above the copies and where all lie on a line",
+    ),
+    ("copy_box_ratio", "The same of the box that the tree over the copies has around the copy"),
+    (
+        "measured_copies",
+        "Number of copies that these are means over: all, or so many at equal distances in the list that few triangles need be placed",
+    ),
     ("entered_per_ray", "Copies of it that a ray is carried into, whose trees it is tested with, on average"),
     ("hits_per_ray", "Part of the rays that end on it"),
     ("wasted_share", "Part of the entries after which the ray ends elsewhere or nowhere; null where there are none"),

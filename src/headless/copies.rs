@@ -13,7 +13,7 @@ use crate::console::note;
 use crate::export::Protected;
 use crate::lab::LabError;
 use crate::lab::copy_costs::copy_costs;
-use crate::lab::copy_forms::copy_forms;
+use crate::lab::copy_forms::{copy_forms, flat_form};
 use crate::lab::plot::form_figure;
 use crate::lab::population::RayPlan;
 use crate::lab::report_table::{copy_tables, form_tables};
@@ -21,6 +21,7 @@ use crate::render::RenderSettings;
 use crate::scene::{Instancing, SceneSource};
 use crate::text::printable;
 use crate::view::CameraChoice;
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
 
 /// Settings of `copies`.
@@ -84,7 +85,8 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     progress.set_label("Tracing");
     let rows_of = rows_of(command, &accel, &rays);
     let mut rows = Vec::new();
-    let outcome = in_pool(|| copy_costs(&accel, &rays, command.most, &token, &mut |cost| rows.push(rows_of.row(cost))));
+    let outcome =
+        in_pool(|| copy_costs(&accel, &rays.views(), command.most, &token, &mut |cost| rows.push(rows_of.row(cost))));
     drop(progress);
     let outcome = outcome.map_err(|error| of_job(error, &command.source));
     let figure = |_: &[_]| unreachable!("--plot needs --open");
@@ -112,35 +114,30 @@ fn run_forms(
     read: &Protected,
     context: &mut Context<'_>,
 ) -> Result<(), Failure> {
-    let flat = flat_form(command, context)?;
     let token = context.token.clone();
+    let flat = flat_tree(accel, &token).map_err(|error| of_job(error, &command.source))?;
     let progress = Progress::new("Tracing", &token);
-    let rows_of = rows_of(command, accel, plan);
+    let (rows_of, rays) = (rows_of(command, accel, plan), plan.views());
     let mut rows = Vec::new();
     let outcome = in_pool(|| {
-        copy_forms(accel, flat.as_ref(), &command.open, plan, &token, &mut |cost| rows.push(rows_of.row(cost)))
+        copy_forms(accel, flat.as_ref(), &command.open, &rays, &token, &mut |cost| rows.push(rows_of.row(cost)))
     });
     drop(progress);
     let outcome = outcome.map_err(|error| of_job(error, &command.source));
     command.output.deliver(&rows, form_tables, |rows| Ok(form_figure(rows)), read, context.out, outcome)
 }
 
-/// The tree of the flat scene; `None`, with a note, where memory does not suffice.
-fn flat_form(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Option<Accel>, Failure> {
-    let instances = std::mem::replace(&mut context.load.instances, Instancing::Flat);
-    let scene = context.load(&command.source);
-    context.load.instances = instances;
-    let token = context.token.clone();
-    let progress = Progress::new("Building", &token);
-    let built = scene.and_then(|scene| {
-        let accel = in_pool(|| Accel::build(&scene, &command.build, &token));
-        accel.map_err(|error| of_job(error.into(), &command.source))
-    });
+/// The flat form; `None`, with a note, where memory does not suffice.
+fn flat_tree(accel: &Accel, token: &CancelToken) -> Result<Option<Accel>, LabError> {
+    let progress = Progress::new("Building", token);
+    let built = in_pool(|| flat_form(accel, token));
     drop(progress);
-    token.check().map_err(LabError::from).map_err(|error| of_job(error, &command.source))?;
-    Ok(built
-        .map_err(|error| {
-            note(format_args!("bvhscope: the flat scene is left out: {}", printable(&error.to_string())));
-        })
-        .ok())
+    match built {
+        Ok(flat) => Ok(Some(flat)),
+        Err(LabError::Refused(reason)) => {
+            note(format_args!("bvhscope: the flat scene is left out: {}", printable(&reason)));
+            Ok(None)
+        }
+        Err(cancelled) => Err(cancelled),
+    }
 }

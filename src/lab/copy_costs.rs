@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::copy_boxes::{BoxRatios, CopyBoxes};
 use super::cost_row::OwnFields;
 use super::measure::LabError;
-use super::population::{Population, RayPlan};
+use super::population::{Population, ViewRays};
 use crate::accel::Accel;
 use crate::catalog::fields::copy_columns;
 use crate::scene::SceneCopies;
@@ -73,6 +74,9 @@ pub struct CopyPart {
     /// Middle of its box, of one copy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub center: Option<[f32; 3]>,
+    /// How loosely boxes lie around its copies; `None` above these.
+    #[serde(flatten)]
+    pub boxes: Option<BoxRatios>,
 }
 
 /// Cost of a part, on average of a ray.
@@ -102,7 +106,7 @@ pub struct PartCost {
 /// [`LabError::Refused`] for a flat scene, and once `token` is cancelled.
 pub fn copy_costs(
     accel: &Arc<Accel>,
-    rays: &RayPlan,
+    rays: &[ViewRays],
     most: usize,
     token: &CancelToken,
     row: &mut dyn FnMut(CostInPart),
@@ -110,59 +114,85 @@ pub fn copy_costs(
     let Some(copies) = &accel.scene.copies else {
         return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
     };
-    let [of_list, of_rays] = [token.part(0, 4), token.part(1, 4)];
-    let lists = rays.list(accel, &of_list)?;
+    let [of_boxes, of_list, of_rays] = [token.part(0, 3), token.part(1, 3), token.part(2, 3)];
+    let boxes = CopyBoxes::new(&accel.scene, copies, &of_boxes)?;
+    let parts = Parts { copies, accel, most, of_meshes: boxes.of_meshes(&of_boxes)?, boxes };
+    let lists = rays.iter().map(|rays| rays.listed(accel, &of_list)).collect::<Result<Vec<_>, _>>()?;
     for (index, rays) in lists.iter().enumerate() {
         let token = of_rays.part(index, lists.len());
         let count = rays.list.len() as u32;
         let Some(costs) = accel.copy_costs(count, &rays.ray(), &token)? else { unreachable!("it has copies") };
-        for (part, cost) in parts(copies, accel, &costs, most) {
+        for (part, cost) in parts.list(&costs, &token)? {
             row(CostInPart { population: rays.population, rays: u64::from(count), part, cost });
         }
     }
     Ok(())
 }
 
-/// The parts that rows are of.
-fn parts(copies: &SceneCopies, accel: &Accel, costs: &CopyCosts, most: usize) -> Vec<(CopyPart, PartCost)> {
-    let mut of_meshes = vec![CopyCost::default(); copies.mesh_count()];
-    let mut counts = vec![0; copies.mesh_count()];
-    let mesh_of = |copy: usize| copies.copies().mesh(copy as u32);
-    for (copy, cost) in costs.copies.iter().enumerate() {
-        let mesh = mesh_of(copy) as usize;
-        of_meshes[mesh] = sum(&of_meshes[mesh], cost);
-        counts[mesh] += 1;
-    }
-    let above = TestCounts { containers: costs.containers_above, primitives: 0 };
-    let above = CopyCost { tests: above, ..CopyCost::default() };
-    let all = CopyCost { hits: costs.hits, ..of_meshes.iter().fold(above, |all, cost| sum(&all, cost)) };
-    let cost = |part: &CopyCost| PartCost::new(part, &all, costs.rays);
-    let whole = |part, copies| CopyPart { part, mesh: None, copy: None, copies, mesh_triangles: None, center: None };
-    let mut parts = vec![
-        (whole(PartKind::All, costs.copies.len() as u64), cost(&all)),
+/// The parts of a scene that rows are of.
+struct Parts<'a> {
+    copies: &'a SceneCopies,
+    accel: &'a Accel,
+    /// Number of copies that have rows.
+    most: usize,
+    boxes: CopyBoxes<'a>,
+    /// How loose those of each mesh are.
+    of_meshes: Vec<Option<BoxRatios>>,
+}
+
+impl Parts<'_> {
+    /// The parts with their `costs`, in the order of rows.
+    fn list(&self, costs: &CopyCosts, token: &CancelToken) -> Result<Vec<(CopyPart, PartCost)>, LabError> {
+        let mut of_meshes = vec![CopyCost::default(); self.copies.mesh_count()];
+        let mut counts = vec![0; self.copies.mesh_count()];
+        for (copy, cost) in costs.copies.iter().enumerate() {
+            let mesh = self.mesh_of(copy) as usize;
+            of_meshes[mesh] = sum(&of_meshes[mesh], cost);
+            counts[mesh] += 1;
+        }
+        let above = TestCounts { containers: costs.containers_above, primitives: 0 };
+        let above = CopyCost { tests: above, ..CopyCost::default() };
+        let all = CopyCost { hits: costs.hits, ..of_meshes.iter().fold(above, |all, cost| sum(&all, cost)) };
+        let cost = |part: &CopyCost| PartCost::new(part, &all, costs.rays);
+        let of_all = self.of_meshes.iter().zip(&counts).filter_map(|(boxes, &copies)| Some(((*boxes)?, copies)));
+        let whole =
+            CopyPart { boxes: BoxRatios::mean(of_all), ..CopyPart::of(PartKind::All, costs.copies.len() as u64) };
         // No ray ends in the tree over the copies, and none is carried into it.
-        (whole(PartKind::Above, 0), cost(&above)),
-    ];
-    let of_mesh = |mesh: u32, part, copies| {
-        let mesh_triangles = Some(accel.scene.copies.as_ref().map_or(0, |scene| scene.mesh(mesh).len()));
-        CopyPart { mesh: Some(mesh), mesh_triangles, ..whole(part, copies) }
-    };
-    let mut meshes: Vec<u32> = (0..copies.mesh_count() as u32).collect();
-    meshes.sort_by_key(|&mesh| Reverse(of_meshes[mesh as usize].tests.total()));
-    parts.extend(
-        meshes
-            .iter()
-            .map(|&mesh| (of_mesh(mesh, PartKind::Mesh, counts[mesh as usize]), cost(&of_meshes[mesh as usize]))),
-    );
-    let mut dearest: Vec<usize> = (0..costs.copies.len()).filter(|&copy| costs.copies[copy].entered > 0).collect();
-    dearest.sort_by_key(|&copy| Reverse(costs.copies[copy].tests.total()));
-    dearest.truncate(most);
-    parts.extend(dearest.into_iter().map(|copy| {
-        let center = accel.scene.triangles.get(copy).map(|stand_in| stand_in.bounds().center().to_array());
-        let part = CopyPart { copy: Some(copy as u32), center, ..of_mesh(mesh_of(copy), PartKind::Copy, 1) };
-        (part, cost(&costs.copies[copy]))
-    }));
-    parts
+        let mut parts = vec![(whole, cost(&all)), (CopyPart::of(PartKind::Above, 0), cost(&above))];
+        let mut meshes: Vec<u32> = (0..self.copies.mesh_count() as u32).collect();
+        meshes.sort_by_key(|&mesh| Reverse(of_meshes[mesh as usize].tests.total()));
+        parts.extend(meshes.iter().map(|&mesh| {
+            let part = self.of_mesh(mesh, CopyPart::of(PartKind::Mesh, counts[mesh as usize]));
+            (CopyPart { boxes: self.of_meshes[mesh as usize], ..part }, cost(&of_meshes[mesh as usize]))
+        }));
+        let mut dearest: Vec<u32> = (0..costs.copies.len() as u32).collect();
+        dearest.retain(|&copy| costs.copies[copy as usize].entered > 0);
+        dearest.sort_by_key(|&copy| Reverse(costs.copies[copy as usize].tests.total()));
+        dearest.truncate(self.most);
+        let boxes = self.boxes.of_copies(&dearest, token)?;
+        parts.extend(dearest.into_iter().zip(boxes).map(|(copy, boxes)| {
+            let center =
+                self.accel.scene.triangles.get(copy as usize).map(|across| across.bounds().center().to_array());
+            let part = CopyPart { copy: Some(copy), center, boxes, ..CopyPart::of(PartKind::Copy, 1) };
+            (self.of_mesh(self.mesh_of(copy as usize), part), cost(&costs.copies[copy as usize]))
+        }));
+        Ok(parts)
+    }
+
+    fn mesh_of(&self, copy: usize) -> u32 {
+        self.copies.copies().mesh(copy as u32)
+    }
+
+    fn of_mesh(&self, mesh: u32, part: CopyPart) -> CopyPart {
+        CopyPart { mesh: Some(mesh), mesh_triangles: Some(self.copies.mesh(mesh).len()), ..part }
+    }
+}
+
+impl CopyPart {
+    /// A part that is of no mesh.
+    const fn of(part: PartKind, copies: u64) -> Self {
+        Self { part, mesh: None, copy: None, copies, mesh_triangles: None, center: None, boxes: None }
+    }
 }
 
 fn sum(a: &CopyCost, b: &CopyCost) -> CopyCost {

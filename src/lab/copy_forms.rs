@@ -9,16 +9,18 @@ use serde::Serialize;
 use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::measurement::millis;
-use super::population::{ListedRays, Population, RayPlan};
+use super::population::{ListedRays, Population, ViewRays};
 use crate::accel::{Accel, TwoLevels};
+use crate::budget::Budget;
 use crate::catalog::fields::form_columns;
+use crate::scene::Scene;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::kernel::SimdLevel;
-use bvhscope_engine::kernel::parallel::par_tasks;
+use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
 use bvhscope_engine::tree::traverse::Probe;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::wide::trace::LineProbe;
-use bvhscope_engine::{Instances, Ray, WideBvh};
+use bvhscope_engine::{Instances, Ray, Triangle, WideBvh};
 
 /// Rays that one thread traces at a time.
 const RAYS_PER_TASK: usize = 1 << 10;
@@ -134,6 +136,26 @@ impl Probe for WideCounts<'_> {
     }
 }
 
+/// The scene of the copies in `accel` in its flat form, of triangles alone, with a tree of the same settings.
+///
+/// # Errors
+///
+/// [`LabError::Refused`] where memory does not suffice and for a scene that is flat already, and once `token` is cancelled.
+pub fn flat_form(accel: &Accel, token: &CancelToken) -> Result<Accel, LabError> {
+    let Some(copies) = &accel.scene.copies else { return Err(is_flat()) };
+    let count = copies.triangle_count();
+    let bytes = count * size_of::<Triangle>() as u64;
+    let checked = Budget::of_process().check("the triangles of all copies", bytes);
+    checked.map_err(|error| LabError::Refused(error.to_string()))?;
+    let triangles = par_collect(count as usize, token, |number| copies.triangle(number as u32))?;
+    let scene = Arc::new(Scene::from_triangles(accel.scene.source.clone(), triangles));
+    Ok(Accel::build(&scene, &accel.settings, token)?)
+}
+
+fn is_flat() -> LabError {
+    LabError::Refused("the scene is flat: it has no copies of meshes".to_owned())
+}
+
 /// The cost of the rays of each population in the scene of `accel`, which has two levels, in these forms: as that of `flat`, if it is
 /// given, and with the tree over the copies built anew and opened by each of `open`.
 /// Forms that were measured before a cancellation are kept.
@@ -145,15 +167,13 @@ pub fn copy_forms(
     accel: &Arc<Accel>,
     flat: Option<&Accel>,
     open: &[f32],
-    rays: &RayPlan,
+    rays: &[ViewRays],
     token: &CancelToken,
     row: &mut dyn FnMut(CostInForm),
 ) -> Result<(), LabError> {
-    let Some(levels) = accel.levels() else {
-        return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
-    };
-    let [of_list, of_forms] = [token.part(0, 4), token.part(1, 4)];
-    let lists = rays.list(accel, &of_list)?;
+    let Some(levels) = accel.levels() else { return Err(is_flat()) };
+    let [of_list, of_forms] = [token.part(0, 2), token.part(1, 2)];
+    let lists = rays.iter().map(|rays| rays.listed(accel, &of_list)).collect::<Result<Vec<_>, _>>()?;
     let mut first: Vec<Vec<Ended>> = Vec::new();
     let forms = usize::from(flat.is_some()) + open.len();
     let mut measure = |at: usize, form: Form, traced: &Traced<'_>| -> Result<(), LabError> {

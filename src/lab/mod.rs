@@ -34,6 +34,7 @@ pub mod visit_scatter;
 pub mod population;
 pub mod prediction;
 
+pub mod copy_boxes;
 pub mod copy_costs;
 pub mod copy_forms;
 pub mod cost_row;

@@ -453,9 +453,9 @@ fn layouts_and_costs_of_copies_stop_at_every_poll() {
     let village = SceneSource::parse("builtin:village:30".as_ref()).unwrap();
     let scene = Arc::new(load(&village, &options, &CancelToken::new()).unwrap());
     let accel = Arc::new(Accel::build(&scene, &BuildSettings::default(), &CancelToken::new()).unwrap());
-    let costs = |token: &CancelToken| copy_costs(&accel, &rays(&scene), 5, token, &mut |_| ());
+    let costs = |token: &CancelToken| copy_costs(&accel, &rays(&scene).views(), 5, token, &mut |_| ());
     at_every_poll("costs of copies", |token| lab_is_cancelled(pool.install(|| costs(token))));
-    let forms = |token: &CancelToken| copy_forms(&accel, None, &[1.0, 2.0], &rays(&scene), token, &mut |_| ());
+    let forms = |token: &CancelToken| copy_forms(&accel, None, &[1.0, 2.0], &rays(&scene).views(), token, &mut |_| ());
     at_every_poll("forms of copies", |token| lab_is_cancelled(pool.install(|| forms(token))));
 }
 

@@ -55,6 +55,18 @@ fn parts_add_up_to_the_scene_and_to_what_bench_counts() {
         assert!(tests.is_sorted_by(|a, b| a >= b), "{population}: the dearest first");
         let copies: f64 = of("mesh").iter().map(|row| number(row, "copies")).sum();
         assert_eq!(copies, number(all, "copies"), "{population}");
+        // Means over all copies, which are few, each counted once.
+        for name in ["mesh_box_ratio", "copy_box_ratio"] {
+            let sum: f64 = of("mesh").iter().map(|row| number(row, name) * number(row, "copies")).sum();
+            assert!((sum / copies - number(all, name)).abs() < 1e-9, "{population}: {name}");
+            assert!(
+                above[name].is_null() && of("copy").iter().all(|row| number(row, name) >= 1.0),
+                "{population}: {name}"
+            );
+        }
+        assert_eq!(number(all, "measured_copies"), copies, "{population}");
+        let is_closer = |row: &&Value| number(row, "copy_box_ratio") <= number(row, "mesh_box_ratio");
+        assert!(of("copy").iter().all(is_closer), "boxes around octants lie within the turned box: {population}");
     }
     // A picture of as many pixels traces the very primary rays.
     let args = [
@@ -91,7 +103,15 @@ fn tables_are_printed_for_people() {
     let small = ["builtin:forest:60", "--size", "32x32", "--rays", "primary", "--most", "3"];
     let (code, out, error) = copies(folder.path(), &small);
     assert_eq!(code, 0, "{error}");
-    for text in ["Copies of forest 60", "tree over the copies", "mesh 0", "The 3 copies with most tests", "wasted"] {
+    for text in [
+        "Copies of forest 60",
+        "tree over the copies",
+        "mesh 0",
+        "The 3 copies with most tests",
+        "wasted",
+        "turned box",
+        "means over all copies",
+    ] {
         assert!(out.contains(text), "'{text}' is missing in\n{out}");
     }
     let (code, out, _) = copies(folder.path(), &[&small[..], &["--format", "markdown"]].concat());

@@ -14,6 +14,7 @@ mod panel;
 mod recorded_screen;
 
 mod app;
+mod copies_view;
 mod cut_controls;
 mod dock;
 mod interaction;

@@ -176,6 +176,8 @@ fn tour() -> Vec<(&'static str, SharedState)> {
     let method = RayMethod::Binary(Traversal::Ordered);
     let shared = serde_json::json!({ "start": start, "kind": RayKind::Primary, "method": method, "step": 40 });
     ray.picture = SharedPicture { ray: Some(serde_json::from_value(shared).unwrap()), ..SharedPicture::default() };
+    let mut copies = dock("Copies");
+    copies.wanted.source = SceneSource::parse("builtin:village:200".as_ref()).unwrap();
     let mut difference = plain();
     let build = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
     difference.wanted.second = Some(SecondTree { view: CompareView::Difference, ..SecondTree::new(build) });
@@ -191,6 +193,7 @@ fn tour() -> Vec<(&'static str, SharedState)> {
         ("nodes", dock("Nodes")),
         ("plots", dock("Plots")),
         ("layouts", dock("Layouts")),
+        ("copies", copies),
         ("whole-ray", shaded(Shading::Heat(HeatKind::WholeRay))),
         ("split", split),
         ("difference", difference),
@@ -213,7 +216,8 @@ fn the_laboratory_looks_as_the_tour_shows_it() {
             Preferences { greeted: true, toured: true, left_open: false, right_open: false, ..Preferences::default() };
         let wanted = Wanted::new(SceneSource::parse("builtin:cornell".as_ref()).unwrap());
         desktop.write_settings(&serde_json::json!({ "wanted": wanted, "preferences": preferences }).to_string());
-        let mut window = Window::open_on(desktop, &["--state", &state.line()]);
+        // The form matters to models with copies alone.
+        let mut window = Window::open_on(desktop, &["--instances", "two-level", "--state", &state.line()]);
         let [width, height] = TOUR.map(|side| side.to_string());
         window.desktop.xdotool(&["windowsize", "--sync", &window.id, &width, &height]);
         window.move_to([TOUR[0] as i32 - 1, TOUR[1] as i32 - 1]);

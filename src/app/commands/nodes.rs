@@ -8,6 +8,7 @@ use crate::app::format;
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, CompareView, TreeSide, ViewState as _};
 use crate::app::viewport::picking;
+use crate::app::views::copies::CopiesView;
 use crate::app::views::nodes::NodesView;
 use crate::lab::diagnose::{Finding, Place};
 use crate::scene::{CopyRanges, Scene};
@@ -157,13 +158,33 @@ pub(super) fn step_ranking(state: &mut AppState, step: RankingStep) {
         state.preferences.dock.show(NodesView::NAME);
         return;
     }
-    let step = match step {
-        RankingStep::Next => 1,
-        RankingStep::Previous => -1,
-    };
-    if let Some(node) = view.neighbour(accel, state.selection.nodes.selected, step) {
+    if let Some(node) = view.neighbour(accel, state.selection.nodes.selected, places(step)) {
         state.select_node(node);
         camera::frame_selection(state);
+    }
+}
+
+/// Selects and frames another of the copies with most tests. Opens their list where there is none yet.
+pub(super) fn step_copies(state: &mut AppState, step: RankingStep) {
+    let Some(accel) = state.model.presented.as_ref().map(|shown| &shown.accel) else { return };
+    let view = state.views.get::<CopiesView>();
+    if !view.lists(accel) {
+        state.views.get_mut::<CopiesView>().show_list();
+        state.preferences.dock.show(CopiesView::NAME);
+        return;
+    }
+    let picked = state.selection.picked.as_ref().map(|picked| picked.primitive);
+    if let Some(copy) = view.neighbour(accel, picked, places(step)) {
+        picking::pick(state, Some(copy));
+        camera::frame_selection(state);
+    }
+}
+
+/// Places down a list.
+const fn places(step: RankingStep) -> isize {
+    match step {
+        RankingStep::Next => 1,
+        RankingStep::Previous => -1,
     }
 }
 

@@ -186,6 +186,8 @@ pub enum Action {
     ToggleDock(&'static str),
     /// Select and frame another of the worst nodes.
     StepRanking(RankingStep),
+    /// Select and frame another of the copies with most tests.
+    StepCopies(RankingStep),
     /// Measure one of the paper's tables or figures.
     Measure(Experiment),
     /// Save the measured rows.
@@ -241,7 +243,7 @@ pub enum CompareStep {
     OnlyCommon,
 }
 
-/// Direction of a step along the list of worst nodes.
+/// Direction of a step along the list of worst nodes or copies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RankingStep {
     /// To the next one, which is less bad.

@@ -3,6 +3,7 @@
 mod axes;
 pub(crate) mod parts;
 
+pub mod copies;
 pub mod icicle;
 mod layouts;
 mod merges;
@@ -25,7 +26,7 @@ use crate::catalog::metrics::Source;
 use crate::lab::population::ViewRays;
 
 /// The views, in the order of their tabs.
-pub(crate) static VIEWS: [Tab; 8] = [
+pub(crate) static VIEWS: [Tab; 9] = [
     Tab::of::<merges::MergesView>(),
     Tab::of::<icicle::IcicleView>(),
     Tab::of::<ray::RayView>(),
@@ -34,6 +35,7 @@ pub(crate) static VIEWS: [Tab; 8] = [
     Tab::of::<paper::PaperView>(),
     Tab::of::<motion::MotionView>(),
     Tab::of::<layouts::LayoutsView>(),
+    Tab::of::<copies::CopiesView>(),
 ];
 
 /// A view of the dock. Its state holds what the user chose in it and what it derived.

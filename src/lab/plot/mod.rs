@@ -22,5 +22,5 @@ pub use axis::{Axis, Scale};
 pub use chart::{Chart, Curve, Look, Point, tick_text};
 pub use draw::{COLORS, font, for_viewers, text_width};
 pub use figure::{Figure, PlotFormat, draw};
-pub use forms::form_figure;
+pub use forms::{bytes_chart, figure_of, form_figure, visits_chart};
 pub use layouts::{layout_chart, layout_figure};

@@ -2,6 +2,7 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
+use crate::lab::copy_boxes::BoxRatios;
 use crate::lab::copy_costs::{CostInPart, PartKind};
 use crate::lab::cost_row::{CostRow, by_population};
 use crate::text::{count, counted};
@@ -9,17 +10,27 @@ use crate::text::{count, counted};
 /// The tables of the rows of one model.
 pub fn copy_tables(rows: &[CostRow<CostInPart>]) -> Vec<ReportTable> {
     let model = rows.first().map_or_else(String::new, |row| short(&row.model));
-    by_population(rows).iter().flat_map(|rows| [meshes(&model, rows), copies(rows)]).collect()
+    by_population(rows).iter().flat_map(|rows| [mesh_costs(&model, rows), dearest_copies(rows)]).collect()
 }
 
 /// Number of meshes that the table names.
 const MOST_MESHES: usize = 20;
-const COSTS: [(&str, &str); 5] =
-    [("entered", "a ray"), ("wasted", "%"), ("boxes", "a ray"), ("triangles", "a ray"), ("tests", "%")];
+const COSTS: [(&str, &str); 7] = [
+    ("entered", "a ray"),
+    ("wasted", "%"),
+    ("boxes", "a ray"),
+    ("triangles", "a ray"),
+    ("tests", "%"),
+    ("turned box", "× own"),
+    ("box above", "× own"),
+];
 
-/// The costs of a row, as [`COSTS`] names them.
-fn costs(row: &CostInPart) -> [String; 5] {
+/// The costs of a row, and how loose its boxes are, as [`COSTS`] names them.
+fn costs(row: &CostInPart) -> [String; 7] {
     let percent = |part: Option<f64>| part.map_or_else(String::new, |part| format!("{:.1}", part * 100.0));
+    let ratio = |of: fn(&BoxRatios) -> f64| {
+        row.part.boxes.as_ref().map_or_else(String::new, |boxes| format!("{:.2}", of(boxes)))
+    };
     let cost = &row.cost;
     let entered = if row.part.part == PartKind::Above { String::new() } else { number(cost.entered_per_ray) };
     [
@@ -28,11 +39,13 @@ fn costs(row: &CostInPart) -> [String; 5] {
         number(cost.container_tests_per_ray),
         number(cost.primitive_tests_per_ray),
         percent(cost.share_of_tests),
+        ratio(|boxes| boxes.mesh_box_ratio),
+        ratio(|boxes| boxes.copy_box_ratio),
     ]
 }
 
-/// The whole scene, the tree over the copies, and each mesh.
-fn meshes(model: &str, rows: &[&CostInPart]) -> ReportTable {
+/// The whole scene `model`, the tree over the copies, and each mesh.
+pub fn mesh_costs(model: &str, rows: &[&CostInPart]) -> ReportTable {
     let columns: Vec<(&str, &str)> =
         [("part", ""), ("copies", ""), ("a copy", "triangles")].into_iter().chain(COSTS).collect();
     let title = rows.first().map_or_else(String::new, |row| {
@@ -61,6 +74,7 @@ fn meshes(model: &str, rows: &[&CostInPart]) -> ReportTable {
         "Entered: copies whose trees a ray is tested with; wasted: entries after which it ends elsewhere or nowhere. Tests: part of the tests of the scene."
             .to_owned(),
     );
+    table.notes.extend(boxes_note(rows));
     if !others.is_empty() {
         let share: f64 = others.iter().filter_map(|row| row.cost.share_of_tests).sum();
         let meshes = counted(others.len() as u64, "other meshes");
@@ -69,8 +83,22 @@ fn meshes(model: &str, rows: &[&CostInPart]) -> ReportTable {
     table
 }
 
+/// The meaning of the ratios of boxes, and over which copies they are means.
+fn boxes_note(rows: &[&CostInPart]) -> Option<String> {
+    let all = rows.iter().find(|row| row.part.part == PartKind::All)?;
+    let measured = all.part.boxes?.measured_copies;
+    let means = if measured < all.part.copies {
+        format!("means over {} of {} copies, at equal distances in the list", count(measured), count(all.part.copies))
+    } else {
+        "means over all copies".to_owned()
+    };
+    Some(format!(
+        "Turned box, box above: surface areas over that of the box of the copy's triangles, of the box around the turned box of the mesh and of the box that the tree over the copies has; {means}."
+    ))
+}
+
 /// The copies that take most tests.
-fn copies(rows: &[&CostInPart]) -> ReportTable {
+pub fn dearest_copies(rows: &[&CostInPart]) -> ReportTable {
     let columns: Vec<(&str, &str)> =
         [("copy", ""), ("mesh", ""), ("x", ""), ("y", ""), ("z", "")].into_iter().chain(COSTS).collect();
     let dearest: Vec<&CostInPart> = rows.iter().copied().filter(|row| row.part.part == PartKind::Copy).collect();

@@ -22,12 +22,12 @@ mod summary;
 
 pub use aligned::ReportTable;
 pub use by_command::{few_entering, tables};
-pub use copies::copy_tables;
+pub use copies::{copy_tables, dearest_copies, mesh_costs};
 pub use depths::depth_table;
 pub use difference::difference_table;
 pub(super) use format::conditions_and_threads;
 pub use format::{name_among, number, short};
 pub use formats::TableFormat;
-pub use forms::form_tables;
+pub use forms::{form_costs, form_tables};
 pub use layouts::{layout_costs, layout_tables};
 pub use summary::summary;

@@ -3,7 +3,7 @@
 use egui::Key;
 
 use crate::app::commands::nodes;
-use crate::app::commands::row::{ALT, Item, NONE, Row, is_presented, item, many, one};
+use crate::app::commands::row::{ALT, Item, NONE, Row, SHIFT, is_presented, item, many, one};
 use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::paper::{Experiment, PaperPlan, RowFormat};
 use crate::app::state::{AppState, Request};
@@ -31,6 +31,24 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
         )
         .when(is_presented)
         .repeated(),
+        one(
+            Action::StepCopies(RankingStep::Next),
+            "Next worst copy",
+            "Select and frame the next of the copies with most tests, in a scene of two levels",
+            &[(ALT.plus(SHIFT), Key::Period)],
+            |state, _| nodes::step_copies(state, RankingStep::Next),
+        )
+        .when(has_copies)
+        .repeated(),
+        one(
+            Action::StepCopies(RankingStep::Previous),
+            "Previous worst copy",
+            "Select and frame the one before of the copies with most tests",
+            &[(ALT.plus(SHIFT), Key::Comma)],
+            |state, _| nodes::step_copies(state, RankingStep::Previous),
+        )
+        .when(has_copies)
+        .repeated(),
     ],
     &[
         many(experiments, measure).when(|state, _| state.model.loaded.is_some()).within("Measure"),
@@ -39,6 +57,10 @@ pub(in crate::app::commands) static ROWS: &[&[Row]] = &[
             .within("Save measured"),
     ],
 ];
+
+fn has_copies(state: &AppState, _: usize) -> bool {
+    state.model.presented.as_ref().is_some_and(|shown| shown.accel.scene.copies.is_some())
+}
 
 /// One action per view of the dock.
 fn views() -> Vec<Item> {
