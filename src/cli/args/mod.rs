@@ -105,7 +105,7 @@ pub enum CommandArgs {
     Ray(RayArgs),
     /// Write the rays of a population as a file, or read those of another program
     Rays(RaysArgs),
-    /// Write the tree of a model as a file for other programs, its nodes as a table, or their boxes
+    /// Write the tree of a model as a file for other programs, as a table, or as boxes
     Tree(TreeArgs),
 }
 
