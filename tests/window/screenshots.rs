@@ -177,7 +177,7 @@ fn tour() -> Vec<(&'static str, SharedState)> {
     let shared = serde_json::json!({ "start": start, "kind": RayKind::Primary, "method": method, "step": 40 });
     ray.picture = SharedPicture { ray: Some(serde_json::from_value(shared).unwrap()), ..SharedPicture::default() };
     let mut copies = dock("Copies");
-    copies.wanted.source = SceneSource::parse("builtin:village:200".as_ref()).unwrap();
+    copies.wanted.source = SceneSource::parse("builtin:forest:60".as_ref()).unwrap();
     let mut difference = plain();
     let build = BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() };
     difference.wanted.second = Some(SecondTree { view: CompareView::Difference, ..SecondTree::new(build) });
