@@ -9,6 +9,7 @@ use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
 use crate::app::state::curve::CurveState;
 use crate::app::state::derived::Derived;
 use crate::app::state::picture_cut::PictureCut;
+use crate::app::state::picture_layout::PictureLayout;
 use crate::app::state::picture_ray::PictureRay;
 use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
@@ -138,6 +139,8 @@ pub struct Model {
     pub ray: PictureRay,
     /// The clusters over the picture in place of depths.
     pub cut: PictureCut,
+    /// The layout that containers, depths and icicle are of.
+    pub layout: PictureLayout,
     /// The curve over the picture.
     pub curve: CurveState,
     /// Data derived from the trees.

@@ -288,7 +288,7 @@ impl NodeTable {
                     // Rounding may make a sphere slightly larger than its parent's, and a child may be nearer to the eye.
                     let around = f32::from_bits((found >> 32) as u32);
                     let child = |child| (key(rank(tree, child, measure).min(around), child), depth + 1);
-                    open.extend(tree.nodes[node as usize].children().map(child));
+                    open.extend(self.below(node).map(child));
                 }
             }
             [nodes, depths]
