@@ -176,10 +176,10 @@ fn selected_node(state: &AppState, shown: &Presented) -> Option<u32> {
 /// The selected, hovered or merged nodes. Listed even while no container is hovered, so that the legend's height stays the same.
 fn marked_roles(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> NamedRoles {
     if let Some(standing) = standing {
-        return if standing.made.is_none() {
-            vec![(&[Role::Hovered], "under the pointer")]
-        } else {
-            vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")]
+        return match (standing.made, standing.is_split) {
+            (None, _) => vec![(&[Role::Hovered], "under the pointer")],
+            (_, true) => vec![(&[Role::Selected], "split"), (&[Role::FirstChild, Role::SecondChild], "into these")],
+            (_, false) => vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")],
         };
     }
     let selected = selected_node(state, shown);

@@ -213,7 +213,7 @@ fn on_show(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
     }
     let tip = "The tree that depths, containers and Icicle are of: the binary one, or the wide one of a layout. Inner boxes vanish in it";
     let choices: Vec<_> = names.iter().map(|(choice, name)| (*choice, name.as_str(), tip)).collect();
-    DropDown::new("Show", &choices).beside(ui, "Show", tip, &mut state.model.layout.chosen);
+    DropDown::new("Layout on show", &choices).beside(ui, "Show", tip, &mut state.model.layout.chosen);
     if let Some(reason) = state.model.layout_fault() {
         ui.weak(format::capital(reason));
     }
