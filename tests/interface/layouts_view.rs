@@ -114,8 +114,8 @@ fn a_layout_on_show_is_drawn_and_is_the_icicle() {
     let icicles = harness.get_all_by_label_contains("Icicle of").count();
     assert!(icicles > 0 && harness.query_all_by_label(&label).count() == 2, "in the icicle and beside the depths");
     let state = &harness.state().state;
-    let icicle = state.views.get::<IcicleView>().last_layout(&accel).cloned().expect("an icicle").icicle;
-    assert!(icicle.cells.iter().all(|cell| kept.depth(cell.node) == Some(cell.level)));
+    let last = state.views.get::<IcicleView>().last_layout(&accel).cloned().expect("an icicle");
+    assert!(last.icicle.cells.iter().all(|cell| kept.depth(cell.node) == Some(cell.level)));
     harness.get_all_by_label(&label).next().expect("a way out").click();
     settle(&mut harness);
     assert_eq!(harness.state().state.model.layout.chosen, None);

@@ -251,7 +251,7 @@ fn trees_from_the_top_are_watched_split_by_split() {
 
 #[test]
 fn merges_of_ploc_and_h_ploc_are_recorded() {
-    for (builder, group) in [(BuilderKind::Ploc, "round 1"), (BuilderKind::Hploc, "level")] {
+    for (builder, group) in [(BuilderKind::Ploc, " · round 1 · "), (BuilderKind::Hploc, " · level ")] {
         let mut harness = open();
         harness.state_mut().state.wanted.build.builder = builder;
         settle(&mut harness);
@@ -260,7 +260,9 @@ fn merges_of_ploc_and_h_ploc_are_recorded() {
         press(&mut harness, Modifiers::NONE, Key::Home);
         press(&mut harness, Modifiers::NONE, Key::ArrowRight);
         assert_eq!(standing(&harness).all, presented(&harness).accel.report.stats.leaves - 1);
-        assert!(harness.query_by_label_contains(&format!("Merge 1 of {}", format::count(steps(&harness).into()))).is_some());
+        assert!(
+            harness.query_by_label_contains(&format!("Merge 1 of {}", format::count(steps(&harness).into()))).is_some()
+        );
         assert!(harness.query_by_label_contains(group).is_some(), "{group}");
         assert!(harness.query_by_label_contains("each other's nearest").is_some());
         assert!(harness.query_by_label("By level").is_some());

@@ -1,4 +1,4 @@
-//! What builders that merge along the curve make before it is flattened: pairs of clusters, and where they were merged.
+//! Clusters of builders that merge along the curve, before they are flattened into a tree, and the calls that merged them.
 
 use crate::aac::{ClusterContainer, ReductionStep};
 use crate::builders::flatten::{ChildPair, finish};

@@ -13,6 +13,7 @@ use bvhscope_engine::with_tree;
 
 use crate::construction::construct;
 use crate::random::Random;
+use crate::spatial_splits::long_scenes;
 use crate::trees;
 
 fn timelines(construction: &Construction) -> [Timeline; 3] {
@@ -147,7 +148,7 @@ fn orders_of_splits_are_what_they_are_called() {
 fn duplicates_of_spatial_splits_are_the_triangles_of_both_sides() {
     let token = CancelToken::new();
     let settings = BuildSettings { builder: BuilderKind::Sbvh, ..BuildSettings::default() };
-    let triangles = trees::soup(700, 0.8, 105);
+    let [(_, triangles, _), ..] = long_scenes();
     let split = SplitTree::new(&triangles, &settings, &token).unwrap();
     let AnyTree::Aabb(tree) = &split.tree else { panic!("not boxes") };
     let mut below = vec![HashSet::new(); tree.nodes.len()];

@@ -99,7 +99,8 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if let Some(standing) = &state.layout.graphics.standing {
         let [drawn, wanted] = [standing.nodes.len(), standing.all].map(|count| format::count(count as u64));
         let of = if drawn == wanted { wanted } else { format!("{drawn} of {wanted}") };
-        return format!("shown: {of} clusters of Merges");
+        let noun = if standing.is_split { "nodes" } else { "clusters" };
+        return format!("shown: {of} {noun} of Merges");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
     let (drawn, wanted) = state.layout.graphics.overlay_counts();

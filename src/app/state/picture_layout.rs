@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use crate::accel::Accel;
 use crate::app::state::derived::Derived;
-use crate::app::state::model::Model;
 use crate::app::state::study::Study;
-use crate::lab::layouts::{LayoutChoice, NamedLayout};
+use crate::lab::layouts::LayoutChoice;
 use crate::lab::population::ViewRays;
 use crate::overlay::NodeTable;
 use bvhscope_engine::layouts::{Collapse, KeptNodes};
@@ -28,7 +27,7 @@ pub struct PictureLayout {
     /// The nodes that it keeps of the presented tree, or why there are none.
     pub kept: Study<LayoutOf, Result<Arc<KeptNodes>, String>>,
     /// The table of these nodes.
-    table: Option<Arc<NodeTable>>,
+    pub(super) table: Option<Arc<NodeTable>>,
 }
 
 impl PictureLayout {
@@ -46,48 +45,5 @@ impl PictureLayout {
     /// Shows a layout, or the binary tree where it is on show.
     pub fn toggle(&mut self, layout: LayoutChoice) {
         self.chosen = if self.chosen == Some(layout) { None } else { Some(layout) };
-    }
-}
-
-impl Model {
-    /// Makes the table of the layout on show, once its nodes are known of the presented tree; called once a UI frame.
-    pub fn follow_layout(&mut self) {
-        let kept = self.presented.as_ref().and_then(|shown| {
-            let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
-            let kept = self.layout.kept.get(&shown.accel, &inputs)?;
-            Some((&shown.accel, kept.as_ref().as_ref().ok()?))
-        });
-        let table = kept.map(|(accel, kept)| {
-            let is_same = |table: &&Arc<NodeTable>| {
-                Arc::ptr_eq(table.accel(), accel) && table.kept().is_some_and(|own| Arc::ptr_eq(own, kept))
-            };
-            let known = self.layout.table.as_ref().filter(is_same).cloned();
-            known.unwrap_or_else(|| Arc::new(NodeTable::of_layout(accel, kept)))
-        });
-        self.layout.table = table;
-    }
-
-    /// The table of the layout on show, of this tree; `None` where the binary tree is shown.
-    pub fn layout_of(&self, accel: &Arc<Accel>) -> Option<&Arc<NodeTable>> {
-        self.layout.table.as_ref().filter(|table| Arc::ptr_eq(table.accel(), accel))
-    }
-
-    /// The table of the presented tree, or of the layout of it that is on show.
-    pub fn table(&self) -> Option<&Arc<NodeTable>> {
-        let shown = self.presented.as_ref()?;
-        Some(self.layout_of(&shown.accel).unwrap_or(&shown.table))
-    }
-
-    /// Name of the layout on show.
-    pub fn layout_name(&self) -> Option<String> {
-        self.table()?.kept()?;
-        self.layout.chosen.map(|layout| NamedLayout::from(layout).name())
-    }
-
-    /// Why the chosen layout is not shown.
-    pub fn layout_fault(&self) -> Option<&str> {
-        let shown = self.presented.as_ref()?;
-        let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
-        self.layout.kept.get(&shown.accel, &inputs)?.as_ref().as_ref().err().map(String::as_str)
     }
 }

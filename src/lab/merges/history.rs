@@ -22,7 +22,7 @@ pub enum TreeOfRecord {
     Before(Arc<Accel>),
 }
 
-/// What is known of how a tree was made.
+/// Steps that made a tree, where they are known.
 #[derive(Debug)]
 pub enum Origin {
     /// Its merges.

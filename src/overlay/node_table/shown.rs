@@ -92,7 +92,7 @@ impl NodeTable {
                 let values = self.values(visits.as_ref());
                 let value = |(&node, &depth)| values.at_depth(metric, node, depth).unwrap_or(metric.form.neutral());
                 let values: Vec<f32> = at_depths().map(value).collect();
-                let scale = MetricScale::fitting(metric, &self.accel.report.stats, values.iter().copied());
+                let scale = MetricScale::fitting(metric, &self.stats(), values.iter().copied());
                 let places = values.into_par_iter().with_min_len(1_024).map(|value| scale.position(value));
                 (places.collect(), ColorScale::Metric(scale))
             }

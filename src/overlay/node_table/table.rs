@@ -5,8 +5,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use rayon::iter::Either;
-
 use crate::accel::Accel;
 use crate::accel::node_values::{KnownVisits, NodeValues};
 use crate::catalog::metrics::Source;
@@ -54,12 +52,7 @@ impl NodeTable {
         Self::of_levels(accel, levels, None)
     }
 
-    /// The table of a layout of `accel`'s tree.
-    pub fn of_layout(accel: &Arc<Accel>, kept: &Arc<KeptNodes>) -> Self {
-        Self::of_levels(accel, kept.levels(), Some(Arc::clone(kept)))
-    }
-
-    fn of_levels(accel: &Arc<Accel>, levels: Levels, kept: Option<Arc<KeptNodes>>) -> Self {
+    pub(super) fn of_levels(accel: &Arc<Accel>, levels: Levels, kept: Option<Arc<KeptNodes>>) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
         Self {
             levels,
@@ -114,16 +107,6 @@ impl NodeTable {
     /// The numbers of the nodes.
     pub(super) fn values<'a>(&'a self, visits: Option<&'a KnownVisits>) -> NodeValues<'a> {
         NodeValues { accel: &self.accel, visits: visits.map(|visits| &*visits.0) }
-    }
-
-    /// The nodes that the layout keeps of which this is the table; `None` for the whole tree.
-    pub fn kept(&self) -> Option<&Arc<KeptNodes>> {
-        self.kept.as_ref()
-    }
-
-    /// `node` is in the table: every node of the tree but those that a layout does not keep.
-    pub fn has(&self, node: u32) -> bool {
-        self.kept.as_ref().is_none_or(|kept| kept.keeps(node))
     }
 
     /// Number of nodes at each depth.
@@ -236,14 +219,6 @@ impl NodeTable {
             return kept.children(node).is_empty();
         }
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
-    }
-
-    /// The children in their order, in a layout those of the wide tree; none for a leaf.
-    pub fn below(&self, node: u32) -> impl Iterator<Item = u32> {
-        match &self.kept {
-            Some(kept) => Either::Left(kept.children(node).iter().copied()),
-            None => Either::Right(self.children(node)),
-        }
     }
 
     /// The children in the tree, in their order; none for a leaf.

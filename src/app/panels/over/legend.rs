@@ -148,8 +148,8 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         let largest = if standing.is_some() { "largest area" } else { "largest on screen" };
         Part::Text(format!("{drawn} of {wanted}: {largest}"))
     });
-    let title = if standing.is_some() {
-        title.replace("Containers", "Clusters")
+    let title = if let Some(standing) = standing {
+        if standing.is_split { title } else { title.replace("Containers", "Clusters") }
     } else if let Some(layout) = state.model.layout_name() {
         title.replace("Containers", &format!("Nodes of {layout}"))
     } else {

@@ -208,7 +208,7 @@ impl IcicleView {
         let icicle = Icicle::new(|node| table.below(node), &key.sums, key.top, size[0], size[1]);
         let values = NodeValues { accel, visits: key.visits.as_ref().map(|visits| &*visits.0) };
         let of_cells: Vec<_> = icicle.cells.iter().map(|cell| value(&values, table, key.color, cell.node)).collect();
-        let scale = MetricScale::fitting(key.color, &accel.report.stats, of_cells.iter().flatten().copied());
+        let scale = MetricScale::fitting(key.color, &table.stats(), of_cells.iter().flatten().copied());
         let positions = of_cells.iter().map(|value| value.map(|value| scale.position(value))).collect();
         let layout = Arc::new(IcicleLayout { icicle, positions, scale });
         self.layout = Some((key, Arc::clone(&layout)));

@@ -46,7 +46,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
         painter.circle(at, radius, color(curve.color), Stroke::new(1.0, Color32::from_black_alpha(90)));
         let target = egui::Rect::from_center_size(at, Vec2::splat(TARGET));
         let dot = ui.interact(target, response.id.with(index), Sense::click());
-        dot.widget_info(|| WidgetInfo::labeled(Role::Button, true, row.layout.name()));
+        dot.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Show {}", row.layout.name())));
         let is_on_show = state.model.layout.chosen == Some(row.layout.choice);
         if dot.clicked() {
             state.model.layout.toggle(row.layout.choice);

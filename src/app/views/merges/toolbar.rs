@@ -145,13 +145,18 @@ fn speed(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
 
 /// Number of clusters that are left, which chooses the step too.
 fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
-    let tip = "Number of active clusters at this step. Ordered by distance, they are a cut through the tree";
+    let are_splits = study.merges.are_splits();
+    let [tip, suffix] = if are_splits {
+        ["Number of nodes after this split, which are a cut through the tree", " nodes"]
+    } else {
+        ["Number of active clusters at this step. Ordered by distance, they are a cut through the tree", " clusters"]
+    };
     let most = study.merges.timeline.steps() + 1;
     ui.label(RichText::new("Active").color(theme::palette(ui).dim)).tip(tip);
     let first = study.merges.timeline.standing(0);
     let mut left = merges.left.unwrap_or(first).clamp(1, most);
     let speed = (f64::from(left) * 0.01).max(0.1);
-    let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(" clusters");
+    let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(suffix);
     let field = field.custom_formatter(|number, _| format::count(number as u64));
     let field = field.custom_parser(|text| text.replace(',', "").trim().parse().ok());
     let response = ui.add(field);
