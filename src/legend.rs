@@ -102,9 +102,10 @@ pub fn of_containers(table: &NodeTable, shown: &Shown) -> Key {
 
 /// The legend of what lights up at a step of a construction.
 #[cfg(feature = "gui")]
-pub fn of_merge(title: String) -> Key {
-    let named =
-        [(Role::Selected, "made by this merge"), (Role::FirstChild, "merged, first"), (Role::SecondChild, "second")];
+pub fn of_merge(title: String, is_split: bool) -> Key {
+    let [whole, first] =
+        if is_split { ["split", "into these: first"] } else { ["made by this merge", "merged, first"] };
+    let named = [(Role::Selected, whole), (Role::FirstChild, first), (Role::SecondChild, "second")];
     let named = named.into_iter().filter_map(|(role, name)| Some((role.color()?, name.to_owned())));
     Key { title, colors: Colors::Named(named.collect()) }
 }

@@ -86,7 +86,11 @@ impl<'a> Artist<'a> {
         let timeline = &self.merges.timeline;
         let [step_text, steps, left] = [step as usize, timeline.steps() as usize, timeline.standing(step) as usize]
             .map(|number| count(number as u64));
-        let title = format!("Merge {step_text} of {steps}, {left} clusters left");
-        [legend::of_merge(title), legend::of_containers(&self.table, input.shown)]
+        let title = if timeline.splits() {
+            format!("Split {step_text} of {steps}, {left} nodes")
+        } else {
+            format!("Merge {step_text} of {steps}, {left} clusters left")
+        };
+        [legend::of_merge(title, timeline.splits()), legend::of_containers(&self.table, input.shown)]
     }
 }

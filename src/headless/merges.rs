@@ -85,7 +85,7 @@ pub fn run(command: &MergesCommand, context: &mut Context<'_>) -> Result<Finishe
         let progress = Progress::new("Building", token);
         let of_build = |error| Failure::of_build(error, &command.source);
         let accel = Arc::new(Accel::build(&scene, &command.build, token).map_err(of_build)?);
-        progress.set_label("Recording merges");
+        progress.set_label("Recording the construction");
         let history = Arc::new(History::new(&accel, token).map_err(of_build)?);
         let merges = Merges::new(&accel, &history, command.order, token)?;
         if let Some(remark) = history.remark(&accel) {
@@ -115,7 +115,7 @@ fn write_film(
     let mut artist = Artist::new(accel, merges, frame, command.overlay, has_legend, token)?;
     let legend_px = if has_legend { legend::height_px(command.size[0], KEYS) } else { 0 };
     let size = [command.size[0], command.size[1] + legend_px];
-    let steps = paced_steps(merges.timeline.steps(), command.frames, &merges.key_frames);
+    let steps = paced_steps(merges.timeline.steps(), merges.are_splits(), command.frames, &merges.key_frames);
     let count = steps.len();
     let mut drawn = steps.iter().enumerate().map(|(at, &step)| {
         token.check().map_err(|_| Failure::Interrupted)?;

@@ -7,6 +7,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use bvhscope_engine::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
+use bvhscope_engine::layouts::KeptNodes;
+use bvhscope_engine::tree::statistics::{INTERSECTION_COST, TRAVERSAL_COST};
 use bvhscope_engine::tree::{Container, Tree, node_metrics};
 use bvhscope_engine::with_tree;
 
@@ -53,14 +55,18 @@ impl IcicleWidth {
     }
 }
 
-/// For each node of `accel` the sum of what `width` stands for over it and all nodes below it. `visits` are those of this tree; all
-/// sums of visits are 0 without. Takes a pass over the tree.
+/// For each node of `accel` the sum of what `width` stands for over it and all nodes below it; in a layout that keeps some of them, over
+/// those of the wide tree. `visits` are those of this tree; all sums of visits are 0 without. Takes a pass over the tree.
 pub fn subtree_sums(
     accel: &Accel,
     width: IcicleWidth,
     visits: Option<&KnownVisits>,
+    kept: Option<&KeptNodes>,
     token: &CancelToken,
 ) -> Result<Vec<f32>, Cancelled> {
+    if let Some(kept) = kept {
+        return sums_of_layout(accel, width, visits, kept, token);
+    }
     with_tree!(&accel.tree, tree => match width {
         IcicleWidth::Cost => node_metrics::subtree_sah_shares(tree, token),
         IcicleWidth::Area => sums(tree, |node| f64::from(node_metrics::area_share(tree, node as u32)), token),
@@ -70,6 +76,35 @@ pub fn subtree_sums(
             sums(tree, |node| f64::from(counts.get(node).copied().unwrap_or(0)), token)
         }
     })
+}
+
+/// [`subtree_sums`] of a layout; 0 for nodes that it does not keep.
+fn sums_of_layout(
+    accel: &Accel,
+    width: IcicleWidth,
+    visits: Option<&KnownVisits>,
+    kept: &KeptNodes,
+    token: &CancelToken,
+) -> Result<Vec<f32>, Cancelled> {
+    let mut sums = vec![0.0_f64; accel.tree.node_count()];
+    let own = |node: u32| match width {
+        IcicleWidth::Primitives => f64::from(kept.leaf_size(node)),
+        IcicleWidth::Visits => f64::from(visits.map_or(0, |visits| visits.0.counts[node as usize])),
+        IcicleWidth::Area | IcicleWidth::Cost => {
+            let area = with_tree!(&accel.tree, tree => f64::from(node_metrics::area_share(tree, node)));
+            let cost = match kept.leaf_size(node) {
+                0 => TRAVERSAL_COST,
+                triangles => INTERSECTION_COST * triangles as f32,
+            };
+            if width == IcicleWidth::Area { area } else { area * f64::from(cost) }
+        }
+    };
+    for (index, &node) in kept.nodes().iter().enumerate().rev() {
+        token.check_every(LIGHT_STEPS, index)?;
+        let below: f64 = kept.children(node).iter().map(|&child| sums[child as usize]).sum();
+        sums[node as usize] = own(node) + below;
+    }
+    Ok(sums.into_iter().map(|sum| sum as f32).collect())
 }
 
 fn sums<C: Container>(tree: &Tree<C>, own: impl Fn(usize) -> f64, token: &CancelToken) -> Result<Vec<f32>, Cancelled> {
@@ -112,7 +147,13 @@ pub struct Icicle {
 impl Icicle {
     /// Lays out `top` and at most `max_levels` levels in all, `width_px` columns wide. `children` gives the children of a node and
     /// `sums` the sums of [`subtree_sums`]; what the children leave of their parent's width is its own and stays free on the right.
-    pub fn new(children: impl Fn(u32) -> Range<u32>, sums: &[f32], top: u32, width_px: u32, max_levels: u32) -> Self {
+    pub fn new<I: Iterator<Item = u32>>(
+        children: impl Fn(u32) -> I,
+        sums: &[f32],
+        top: u32,
+        width_px: u32,
+        max_levels: u32,
+    ) -> Self {
         let mut icicle = Self::default();
         let mut level = vec![PlacedNode { node: top, left: 0.0, right: f64::from(width_px), columns: 0..width_px }];
         for depth in 0..max_levels {
@@ -164,7 +205,7 @@ impl PlacedNode {
     }
 
     /// The children from left to right, within the node.
-    fn split(&self, children: Range<u32>, sums: &[f32]) -> impl Iterator<Item = Self> {
+    fn split(&self, children: impl Iterator<Item = u32>, sums: &[f32]) -> impl Iterator<Item = Self> {
         let sum = |node: u32| f64::from(sums.get(node as usize).copied().unwrap_or(0.0));
         let whole = sum(self.node);
         let (mut left, mut first, end) = (self.left, self.columns.start, self.columns.end);
@@ -241,7 +282,7 @@ mod tests {
         let visits = KnownVisits(visits.measure(&accel, &token).unwrap().visits);
         let children = |node: u32| with_tree!(&accel.tree, tree => tree.nodes[node as usize].children());
         for width in IcicleWidth::ALL {
-            let sums = subtree_sums(&accel, width, Some(&visits), &token).unwrap();
+            let sums = subtree_sums(&accel, width, Some(&visits), None, &token).unwrap();
             let own = |node: u32| {
                 with_tree!(&accel.tree, tree => match width {
                     IcicleWidth::Cost => node_metrics::sah_share(tree, node, &accel.report.stats),

@@ -12,7 +12,9 @@ use crate::budget::Budget;
 use crate::catalog::fields::layout_columns;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
-use bvhscope_engine::layouts::{Collapse, LaidNumbers, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes};
+use bvhscope_engine::layouts::{
+    Collapse, KeptNodes, LaidNumbers, LaidQuery, LaidTree, Layout, MAX_CHILDREN, MAX_LEAF, MeasuredLayout, Planes,
+};
 use bvhscope_engine::tree::binarize::binarize;
 use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree::visits::{RayQuery, measure_weighted_visits};
@@ -70,6 +72,29 @@ impl LayoutPlan {
     }
 }
 
+/// A layout among those of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayoutChoice {
+    /// The program's own eight-wide tree, which pictures are traced through.
+    Engine,
+    /// A described one.
+    Described(Layout),
+}
+
+impl LayoutChoice {
+    /// The same, unless its numbers are beyond what layouts have.
+    pub fn within_limits(self) -> Option<Self> {
+        let is_within = match self {
+            Self::Engine => true,
+            Self::Described(Layout { children, leaf_size, .. }) => {
+                (2..=MAX_CHILDREN).contains(&children) && (1..=MAX_LEAF).contains(&leaf_size)
+            }
+        };
+        is_within.then_some(self)
+    }
+}
+
 /// A tree of one layout and the rays of one population. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LaidOut {
@@ -109,9 +134,18 @@ pub struct NamedLayout {
     pub planes: &'static str,
     /// Most triangles of a leaf.
     pub leaf_limit: u32,
+    /// The layout.
+    #[serde(skip)]
+    pub choice: LayoutChoice,
 }
 
 impl NamedLayout {
+    /// The engine's own tree with these planes.
+    const fn engine(planes: &'static str) -> Self {
+        let [children, leaf_limit] = ENGINE_LIMITS;
+        Self { children, collapse: ENGINE, planes, leaf_limit, choice: LayoutChoice::Engine }
+    }
+
     /// The layout in a table: "8 optimal, f32, leaves 4".
     pub fn name(&self) -> String {
         format!("{} {}, {}, leaves {}", self.children, self.collapse, self.planes, self.leaf_limit)
@@ -119,7 +153,7 @@ impl NamedLayout {
 
     /// True for the program's own tree.
     pub fn is_own(&self) -> bool {
-        self.collapse == ENGINE
+        self.choice == LayoutChoice::Engine
     }
 
     /// The layouts that it is plotted with.
@@ -128,10 +162,20 @@ impl NamedLayout {
     }
 }
 
+impl From<LayoutChoice> for NamedLayout {
+    fn from(choice: LayoutChoice) -> Self {
+        match choice {
+            LayoutChoice::Engine => Self::engine("f32"),
+            LayoutChoice::Described(layout) => layout.into(),
+        }
+    }
+}
+
 impl From<Layout> for NamedLayout {
     fn from(layout: Layout) -> Self {
         let Layout { children, collapse, planes, leaf_size } = layout;
-        Self { children, collapse: collapse.name(), planes: planes.name(), leaf_limit: leaf_size }
+        let (collapse, planes, choice) = (collapse.name(), planes.name(), LayoutChoice::Described(layout));
+        Self { children, collapse, planes, leaf_limit: leaf_size, choice }
     }
 }
 
@@ -243,29 +287,17 @@ pub fn layouts(
     token: &CancelToken,
     row: &mut dyn FnMut(LaidOut),
 ) -> Result<(), LabError> {
-    let AnyTree::Aabb(tree) = &accel.tree else {
-        let kind = accel.tree.container_kind().plural();
-        return Err(LabError::Refused(format!("layouts are those of trees of boxes, and this is one of {kind}")));
-    };
-    if accel.scene.copies.is_some() {
-        let text = "the tree of a scene of copies has two levels, and layouts have one; load it with --instances flat";
-        return Err(LabError::Refused(text.to_owned()));
-    }
     let layouts = plan.layouts();
     let [of_setup, of_layouts] = [token.part(0, 2), token.part(1, 2)];
-    let binary = binarize(tree, &of_setup)?;
-    let most_children = plan.children.iter().copied().max().unwrap_or_default();
-    Budget::of_process()
-        .check("the layouts", LaidTree::peak_bytes(binary.nodes.len(), most_children))
-        .map_err(|error| LabError::Refused(error.to_string()))?;
+    let binary = binarize(tree_of(accel)?, &of_setup)?;
+    check_memory(&binary, plan.children.iter().copied().max().unwrap_or_default())?;
     let wide = accel.widen(&of_setup)?;
     let by_visits = plan.collapses.contains(&Collapse::Visits);
     let subject = Subject::new(accel, &binary, &wide.tree, (rays, by_visits), &of_setup)?;
     if let AnyWideTree::Aabb(own) = &wide.tree {
         let planes = if own.compact_nodes.is_empty() { "f32" } else { "f32+8" };
-        let [children, leaf_limit] = ENGINE_LIMITS;
         let own = LaidTree::of_wide(own, &binary, token)?;
-        subject.measure(&own, NamedLayout { children, collapse: ENGINE, planes, leaf_limit }, token, row)?;
+        subject.measure(&own, NamedLayout::engine(planes), token, row)?;
     }
     for (index, &layout) in layouts.iter().enumerate() {
         let token = of_layouts.part(index, layouts.len());
@@ -274,6 +306,74 @@ pub fn layouts(
         token.set_progress(1.0);
     }
     Ok(())
+}
+
+/// The tree of `accel`, if it has layouts.
+fn tree_of(accel: &Accel) -> Result<&Tree<Aabb>, LabError> {
+    let AnyTree::Aabb(tree) = &accel.tree else {
+        let kind = accel.tree.container_kind().plural();
+        return Err(LabError::Refused(format!("layouts are those of trees of boxes, and this is one of {kind}")));
+    };
+    if accel.scene.copies.is_some() {
+        let text = "the tree of a scene of copies has two levels, and layouts have one; load it with --instances flat";
+        return Err(LabError::Refused(text.to_owned()));
+    }
+    Ok(tree)
+}
+
+/// Refuses what takes more memory than there is.
+fn check_memory(binary: &Tree<Aabb>, most_children: u32) -> Result<(), LabError> {
+    Budget::of_process()
+        .check("the layouts", LaidTree::peak_bytes(binary.nodes.len(), most_children))
+        .map_err(|error| LabError::Refused(error.to_string()))
+}
+
+/// The nodes that a layout of the tree of `accel` keeps of it, which is binary and consists of boxes. `rays` are those by whose visits
+/// children are chosen, where they are.
+pub fn kept_nodes(
+    accel: &Arc<Accel>,
+    choice: LayoutChoice,
+    rays: Option<&ViewRays>,
+    token: &CancelToken,
+) -> Result<KeptNodes, LabError> {
+    let binary = tree_of(accel)?;
+    if !binary.is_binary(token)? {
+        let text = "layouts are made of binary trees, and nodes of this one have other numbers of children";
+        return Err(LabError::Refused(text.to_owned()));
+    }
+    let laid = match choice {
+        LayoutChoice::Engine => match &accel.widen(token)?.tree {
+            AnyWideTree::Aabb(own) => LaidTree::of_wide(own, binary, token)?,
+            _ => return Err(LabError::Refused("the program's own tree is not one of boxes".to_owned())),
+        },
+        LayoutChoice::Described(layout) => {
+            check_memory(binary, layout.children)?;
+            let visits = match rays {
+                Some(rays) => {
+                    let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
+                    Some(summed_visits(binary, &leaf_triangles, &[rays.listed(accel, token)?], token)?)
+                }
+                None => None,
+            };
+            LaidTree::new(binary, layout, visits.as_deref(), token)?
+        }
+    };
+    Ok(KeptNodes::new(laid, binary, token)?)
+}
+
+/// Visits of the nodes of a tree by all of `rays`.
+fn summed_visits(
+    binary: &Tree<Aabb>,
+    leaf_triangles: &[Triangle],
+    rays: &[ListedRays],
+    token: &CancelToken,
+) -> Result<Vec<u32>, LabError> {
+    let mut sums = vec![0_u32; binary.nodes.len()];
+    for rays in rays {
+        let of_rays = measure_weighted_visits(binary, leaf_triangles, rays.list.len() as u32, rays.ray(), token)?;
+        sums.iter_mut().zip(of_rays.counts).for_each(|(sum, count)| *sum = sum.saturating_add(count));
+    }
+    Ok(sums)
 }
 
 impl<'a> Subject<'a> {
@@ -286,14 +386,7 @@ impl<'a> Subject<'a> {
     ) -> Result<Self, LabError> {
         let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
         let rays = rays.iter().map(|rays| rays.listed(accel, token)).collect::<Result<Vec<_>, _>>()?;
-        let mut visits = by_visits.then(|| vec![0_u32; binary.nodes.len()]);
-        if let Some(sums) = &mut visits {
-            for rays in &rays {
-                let count = rays.list.len() as u32;
-                let of_rays = measure_weighted_visits(binary, &leaf_triangles, count, rays.ray(), token)?;
-                sums.iter_mut().zip(of_rays.counts).for_each(|(sum, count)| *sum = sum.saturating_add(count));
-            }
-        }
+        let visits = if by_visits { Some(summed_visits(binary, &leaf_triangles, &rays, token)?) } else { None };
         Ok(Self { binary, leaf_triangles, wide, rays, visits })
     }
 

@@ -18,7 +18,7 @@ pub fn highlighted(table: &NodeTable, selection: &Selection) -> Vec<(u32, Role)>
     if let Some(node) = selection.selected.filter(exists) {
         // Neighbours differ, however many there are.
         let roles = [Role::FirstChild, Role::SecondChild].into_iter().cycle();
-        marked.extend(table.children(node).zip(roles));
+        marked.extend(table.below(node).zip(roles));
         marked.push((node, Role::Selected));
     }
     if let Some(node) = selection.hovered.filter(exists)

@@ -1,6 +1,7 @@
 //! The view "Layouts".
 
-use bvhscope::lab::layouts::{LaidOut, LayoutPlan, layouts};
+use bvhscope::app::views::icicle::IcicleView;
+use bvhscope::lab::layouts::{LaidOut, LayoutPlan, kept_nodes, layouts};
 use bvhscope::lab::population::Population;
 use bvhscope::lab::report_table::number;
 use bvhscope_engine::cancel::CancelToken;
@@ -69,6 +70,56 @@ fn layouts_are_measured_by_the_chosen_rays_and_chosen_by_their_axes() {
     }
     plan.collapses = vec![Collapse::Greedy];
     check(&mut harness, &plan);
+}
+
+/// The numbers of the wide tree that the window shows: its containers at all depths.
+fn shown_nodes(harness: &mut Window) -> Vec<u32> {
+    let last = harness.state().state.model.table().expect("a tree").max_depth();
+    harness.state_mut().state.wanted.overlay.depth = Some([0, last]);
+    harness.state_mut().state.wanted.overlay.budget = Some(100_000);
+    settle(harness);
+    let mut nodes = harness.state().state.layout.graphics.shown.clone().expect("containers are drawn").nodes.clone();
+    nodes.sort_unstable();
+    nodes
+}
+
+#[test]
+fn a_layout_on_show_is_drawn_and_is_the_icicle() {
+    let mut harness = open();
+    let binary = shown_nodes(&mut harness);
+    let accel = presented(&harness).accel;
+    assert_eq!(binary.len(), accel.tree.node_count());
+    let plan = LayoutPlan::default();
+    let row = measured(&harness, &plan).into_iter().nth(4).expect("a row");
+    harness.get_by_role_and_label(Role::ComboBox, "Layout on show").click();
+    harness.run_steps(2);
+    harness.get_by_role_and_label(Role::Button, &row.layout.name()).click();
+    settle(&mut harness);
+
+    let kept = kept_nodes(&accel, row.layout.choice, None, &CancelToken::new()).expect("a tree of boxes");
+    let mut expected = kept.nodes().to_vec();
+    expected.sort_unstable();
+    assert_eq!(shown_nodes(&mut harness), expected, "inner boxes have vanished");
+    assert!(expected.len() < binary.len());
+    assert_eq!(expected.len(), row.numbers.layout_nodes + row.numbers.layout_leaves);
+    let table = harness.state().state.model.table().cloned().expect("a table");
+    assert_eq!(table.max_depth() as usize + 1, kept.levels().ranges.len(), "depths are those of the wide tree");
+    let marked = expected.iter().find(|&&node| kept.children(node).len() > 2).expect("a node with more than two");
+    assert!(table.below(*marked).eq(kept.children(*marked).iter().copied()));
+
+    // In the icicle, and ended there.
+    press(&mut harness, Modifiers::NONE, Key::F7);
+    settle(&mut harness);
+    let label = format!("Layout {}", row.layout.name());
+    let icicles = harness.get_all_by_label_contains("Icicle of").count();
+    assert!(icicles > 0 && harness.query_all_by_label(&label).count() == 2, "in the icicle and beside the depths");
+    let state = &harness.state().state;
+    let last = state.views.get::<IcicleView>().last_layout(&accel).cloned().expect("an icicle");
+    assert!(last.icicle.cells.iter().all(|cell| kept.depth(cell.node) == Some(cell.level)));
+    harness.get_all_by_label(&label).next().expect("a way out").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().state.model.layout.chosen, None);
+    assert_eq!(shown_nodes(&mut harness), binary);
 }
 
 #[test]

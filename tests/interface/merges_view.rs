@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use bvhscope::app::commands::Action;
+use bvhscope::app::format;
 use bvhscope::app::state::Standing;
 use bvhscope::app::state::picture_cut::{CutKind, MergePage, MergeStudy};
 use bvhscope::render::Shading;
@@ -202,11 +203,70 @@ fn trees_with_passes_and_trees_of_other_builders_say_what_is_shown() {
     assert!(table.len() > presented(&harness).table.len(), "the passes collapse leaves");
     assert_eq!((clusters.all, clusters.nodes.len()), (20, 20));
 
-    harness.state_mut().state.wanted.build.builder = BuilderKind::Lbvh;
+    harness.state_mut().state.wanted.build = BuildSettings::preset(Preset::Swift, ContainerKind::Aabb);
     settle(&mut harness);
-    assert!(harness.query_by_label_contains("splits from the top").is_some());
+    assert!(harness.query_by_label_contains("merges blocks of triangles").is_some());
     assert!(harness.query_by_label("As built").is_none(), "there is no such order");
     assert_eq!(standing(&harness).all, 20, "but there are the last twenty by area");
+}
+
+#[test]
+fn trees_from_the_top_are_watched_split_by_split() {
+    let mut harness = open();
+    harness.state_mut().state.wanted.build.builder = BuilderKind::Sbvh;
+    settle(&mut harness);
+    harness.get_by_label("Merge").focus();
+    settle(&mut harness);
+    press(&mut harness, Modifiers::NONE, Key::Home);
+    assert_eq!((standing(&harness).nodes.clone(), standing(&harness).made), (vec![0], None));
+    assert!(harness.query_by_label_contains("Nothing split yet").is_some());
+    press(&mut harness, Modifiers::NONE, Key::ArrowRight);
+    let (clusters, shown) = (standing(&harness), presented(&harness));
+    let [left, right] = two(shown.table.children(0));
+    assert_eq!((clusters.all, clusters.made), (2, Some(0)));
+    assert!(clusters.stands(left) && clusters.stands(right) && !clusters.stands(0));
+    let [all, first, second] = [0, left, right].map(|node| format::count(u64::from(shown.table.primitives(node))));
+    let sides = format!("Split 1: node 0 of {all} triangles into {first} and {second}");
+    assert!(harness.query_by_label_contains(&sides).is_some(), "{sides}");
+    assert!(harness.query_by_label_contains("Split 1 of").is_some(), "the line below says it");
+    press(&mut harness, Modifiers::NONE, Key::End);
+    assert_eq!(standing(&harness).all, shown.accel.report.stats.leaves);
+
+    harness.get_by_label("Largest first").click();
+    settle(&mut harness);
+    harness.state_mut().state.model.cut.left = Some(40);
+    settle(&mut harness);
+    let area = |node: u32| shown.table.area_share(node);
+    let (clusters, nodes) = (standing(&harness), 0..shown.table.len() as u32);
+    let made = clusters.made.expect("a split");
+    let whole = nodes.filter(|&node| clusters.stands(node) && !shown.table.is_leaf(node));
+    assert_eq!(clusters.all, 40);
+    assert!(whole.into_iter().all(|node| area(node) <= area(made)), "no larger node is still whole");
+
+    // A selected node shows its split.
+    harness.state_mut().state.select_node(left);
+    settle(&mut harness);
+    assert_eq!(standing(&harness).made, Some(left));
+}
+
+#[test]
+fn merges_of_ploc_and_h_ploc_are_recorded() {
+    for (builder, group) in [(BuilderKind::Ploc, " · round 1 · "), (BuilderKind::Hploc, " · level ")] {
+        let mut harness = open();
+        harness.state_mut().state.wanted.build.builder = builder;
+        settle(&mut harness);
+        harness.get_by_label("Merge").focus();
+        settle(&mut harness);
+        press(&mut harness, Modifiers::NONE, Key::Home);
+        press(&mut harness, Modifiers::NONE, Key::ArrowRight);
+        assert_eq!(standing(&harness).all, presented(&harness).accel.report.stats.leaves - 1);
+        assert!(
+            harness.query_by_label_contains(&format!("Merge 1 of {}", format::count(steps(&harness).into()))).is_some()
+        );
+        assert!(harness.query_by_label_contains(group).is_some(), "{group}");
+        assert!(harness.query_by_label_contains("each other's nearest").is_some());
+        assert!(harness.query_by_label("By level").is_some());
+    }
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn the_icicle_lays_out_all_children() {
     let [_, wide] = trees(ContainerKind::Aabb);
     let table = NodeTable::new(&wide);
     for width in [IcicleWidth::Cost, IcicleWidth::Area, IcicleWidth::Primitives] {
-        let sums = subtree_sums(&wide, width, None, &CancelToken::new()).unwrap();
+        let sums = subtree_sums(&wide, width, None, None, &CancelToken::new()).unwrap();
         if width == IcicleWidth::Primitives {
             assert_eq!(sums[0] as usize, wide.scene.triangles.len());
         }

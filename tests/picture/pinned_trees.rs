@@ -1,5 +1,5 @@
-//! The trees of every preset are those of `pinned_trees.txt`, bit for bit, on whichever machine this runs: what was measured
-//! elsewhere was measured on the same trees.
+//! The trees of every preset, and of the builders that are compared with, are those of `pinned_trees.txt`, bit for bit, on whichever
+//! machine this runs: what was measured elsewhere was measured on the same trees.
 //!
 //! The trees of the preset Finest are those of small scenes after a few rounds. Of the largest scenes only the presets are compared
 //! that the documents have tables of.
@@ -17,14 +17,14 @@ use bvhscope::accel::Accel;
 use bvhscope::scene::{BUILTIN_SCENES, LoadOptions, SceneSource, load};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::fingerprint::{of_tree, of_triangles, of_wide_tree};
-use bvhscope_engine::settings::{BuildSettings, Preset};
+use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
 use bvhscope_engine::tree::ContainerKind;
 
 use crate::support::models;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/picture/pinned_trees.txt");
 const HEADER: &str =
-    "# scene, hash of its triangles, preset, container, hash of the binary tree, hash of the wide tree\n";
+    "# scene, hash of its triangles, preset or builder, container, hash of the binary tree, hash of the wide tree\n";
 /// Models below the folder of models. The largest is left out: its trees alone would take as long as all other tests here.
 const MODELS: [&str; 8] = [
     "bunny/bun_zipper.ply",
@@ -40,6 +40,15 @@ const MODELS: [&str; 8] = [
 const MAX_ANNEALED: usize = 100_000;
 /// Maximum number of triangles of a scene whose trees of all other presets and containers are compared.
 const MAX_IN_FULL: usize = 200_000;
+/// The builders without a preset but those that are too slow for scenes of this size.
+const REFERENCES: [BuilderKind; 6] = [
+    BuilderKind::Lbvh,
+    BuilderKind::Ploc,
+    BuilderKind::Hploc,
+    BuilderKind::BinnedSah,
+    BuilderKind::Sweep,
+    BuilderKind::Sbvh,
+];
 /// Rounds of annealing: one hot, the others cold.
 const ROUNDS: u32 = 5;
 /// Both tests may write the file.
@@ -56,15 +65,24 @@ fn lines(name: &str, source: &SceneSource) -> Vec<String> {
         Preset::Best if container == ContainerKind::Aabb => true,
         _ => count <= if preset.is_slow() { MAX_ANNEALED } else { MAX_IN_FULL },
     };
+    let line = |of: &str, settings: &BuildSettings| {
+        let accel = Accel::build(&scene, settings, &token).unwrap();
+        let tree = of_tree(&accel.tree, &token).unwrap();
+        let wide = of_wide_tree(&accel.wide().tree, &token).unwrap();
+        let container = settings.container.name();
+        format!("{name} {triangles:016x} {of} {container} {tree:016x} {wide:016x}")
+    };
     let mut lines = Vec::new();
     for container in ContainerKind::ALL {
         for preset in Preset::ALL.into_iter().filter(|&preset| is_compared(preset, container)) {
             let settings = BuildSettings { rounds: ROUNDS, ..BuildSettings::preset(preset, container) };
-            let accel = Accel::build(&scene, &settings, &token).unwrap();
-            let tree = of_tree(&accel.tree, &token).unwrap();
-            let wide = of_wide_tree(&accel.wide().tree, &token).unwrap();
-            let (preset, container) = (preset.name(), container.name());
-            lines.push(format!("{name} {triangles:016x} {preset} {container} {tree:016x} {wide:016x}"));
+            lines.push(line(preset.name(), &settings));
+        }
+        for builder in REFERENCES.into_iter().filter(|_| count <= MAX_IN_FULL) {
+            let settings = BuildSettings { builder, container, ..BuildSettings::default() };
+            if settings.refusal(count).is_none() {
+                lines.push(line(builder.name(), &settings));
+            }
         }
     }
     lines
@@ -98,7 +116,11 @@ fn compare_or_update(found: Vec<(String, Vec<String>)>) {
         assert_eq!(triangles(&lines), triangles(expected), "{name}: these are other triangles than those of the file");
         let others: Vec<_> = lines.iter().filter(|line| !expected.contains(line)).collect();
         assert!(others.is_empty(), "{name}: trees differ from those of {FILE}: {others:#?}");
-        assert_eq!(lines.len(), expected.len(), "{name}: the file has trees of presets that there are no more");
+        assert_eq!(
+            lines.len(),
+            expected.len(),
+            "{name}: the file has trees of presets or builders that there are no more"
+        );
     }
 }
 

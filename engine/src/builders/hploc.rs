@@ -5,8 +5,11 @@
 //!
 //! A GPU does this in one kernel, a wave of 32 threads for each list. Here it is a recursion, whose sides are independent.
 
-use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, finish};
+use std::ops::Range;
+
+use crate::aac::{ClusterContainer, ReductionStep};
+use crate::builders::clustered::{Clustered, MergeLog};
+use crate::builders::flatten::ChildPair;
 use crate::builders::ploc::nearest;
 use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
@@ -40,15 +43,27 @@ pub fn build<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
+    cluster(triangles, bounds, curve, None, token, times)?.finish(token, times)
+}
+
+/// Merges all clusters: with a `log` by one thread.
+pub fn cluster<C: ClusterContainer>(
+    triangles: &[Triangle],
+    bounds: &InputBounds,
+    curve: Curve,
+    mut log: Option<&mut MergeLog>,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<Clustered<C>, Cancelled> {
     let count = triangles.len();
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
     let stage = Stage::begin("tree", token);
     let mut slots: Vec<ChildPair<C>> = zeros(count, token)?;
     let mut clusters = Vec::with_capacity(2 * WAVE);
-    combine(&Input { triangles, sorted: &sorted }, 0, &mut slots, &mut clusters, token)?;
-    merge(&mut clusters, 0, 1, 0, &mut slots);
-    let root = clusters[0].node;
-    finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
+    combine(&Input { triangles, sorted: &sorted }, 0, &mut slots, &mut clusters, log.as_deref_mut(), token)?;
+    let list = List { base: 0, range: 0..count, target: 1, first_step: 0 };
+    list.merge(&mut clusters, &mut slots, log);
+    Ok(Clustered { root: clusters[0].node, slots, sorted, stage })
 }
 
 /// The primitives, and their order.
@@ -64,45 +79,90 @@ fn combine<C: ClusterContainer>(
     first: usize,
     slots: &mut [ChildPair<C>],
     clusters: &mut Vec<Cluster<C>>,
+    mut log: Option<&mut MergeLog>,
     token: &CancelToken,
 ) -> Result<(), Cancelled> {
     let range = first..first + slots.len();
+    let (base, first_step) = (clusters.len(), log.as_ref().map_or(0, |log| log.steps.len() as u32));
+    let list = List { base, range: range.clone(), target: HALF_WAVE, first_step };
     if range.len() <= HALF_WAVE {
         clusters.extend(range.map(|position| {
             let container = input.sorted.container(input.triangles, input.sorted.primitive(position));
             Cluster { node: Node { container, first: position as u32, count: 1 }, place: position as u32 }
         }));
+        list.merge(clusters, slots, log);
         return Ok(());
     }
-    let base = clusters.len();
+    if let Some(log) = &mut log {
+        log.level += 1;
+    }
     let middle = input.sorted.make_partition(&range);
     let (left_slots, right_slots) = slots.split_at_mut(middle - first);
-    if range.len() > FORK_ABOVE {
+    if range.len() > FORK_ABOVE && log.is_none() {
         let mut right_clusters = Vec::with_capacity(2 * WAVE);
         token.both(
             true,
-            |token| combine(input, first, left_slots, clusters, token),
-            |token| combine(input, middle, right_slots, &mut right_clusters, token),
+            |token| combine(input, first, left_slots, clusters, None, token),
+            |token| combine(input, middle, right_slots, &mut right_clusters, None, token),
         )?;
         clusters.append(&mut right_clusters);
     } else {
-        combine(input, first, left_slots, clusters, token)?;
-        combine(input, middle, right_slots, clusters, token)?;
+        combine(input, first, left_slots, clusters, log.as_deref_mut(), token)?;
+        combine(input, middle, right_slots, clusters, log.as_deref_mut(), token)?;
     }
-    merge(clusters, base, HALF_WAVE, first, slots);
+    if let Some(log) = &mut log {
+        log.level -= 1;
+    }
+    list.merge(clusters, slots, log);
     Ok(())
 }
 
-/// Merges the clusters of the list that begins at `base`, a wave at most, in rounds until `target` are left or fewer. Children are
-/// written to the slots, the first of which is that of the position `first`.
-fn merge<C: ClusterContainer>(
-    clusters: &mut Vec<Cluster<C>>,
+/// A list of clusters at the end of all.
+struct List {
+    /// Place of its first cluster.
     base: usize,
+    /// Positions of its primitives.
+    range: Range<usize>,
+    /// Number of clusters that it leaves at most.
     target: usize,
-    first: usize,
-    slots: &mut [ChildPair<C>],
-) {
-    while clusters.len() - base > target {
+    /// Number of calls in the log before those of both sides.
+    first_step: u32,
+}
+
+impl List {
+    /// Merges its clusters, a wave at most, in rounds. Children are written to the slots, the first of which is that of its first position.
+    fn merge<C: ClusterContainer>(
+        &self,
+        clusters: &mut Vec<Cluster<C>>,
+        slots: &mut [ChildPair<C>],
+        mut log: Option<&mut MergeLog>,
+    ) {
+        let (base, before) = (self.base, clusters.len() - self.base);
+        let first_merge = log.as_ref().map_or(0, |log| log.merges());
+        while clusters.len() - base > self.target {
+            self.round(clusters, slots, log.as_deref_mut());
+        }
+        if let Some(log) = log {
+            log.steps.push(ReductionStep {
+                level: log.level,
+                first_primitive: self.range.start as u32,
+                primitives: self.range.len() as u32,
+                before: before as u32,
+                after: (clusters.len() - base) as u32,
+                first_merge,
+                first_step: self.first_step,
+            });
+        }
+    }
+
+    /// Merges those that are each other's nearest.
+    fn round<C: ClusterContainer>(
+        &self,
+        clusters: &mut Vec<Cluster<C>>,
+        slots: &mut [ChildPair<C>],
+        mut log: Option<&mut MergeLog>,
+    ) {
+        let base = self.base;
         let list = &mut clusters[base..];
         let mut partners = [0; WAVE];
         for (at, partner) in partners[..list.len()].iter_mut().enumerate() {
@@ -118,7 +178,10 @@ fn merge<C: ClusterContainer>(
             let mut cluster = list[at];
             if is_mutual {
                 let [earlier, later] = [cluster, list[other]];
-                slots[later.place as usize - first] = [earlier.node, later.node];
+                slots[later.place as usize - self.range.start] = [earlier.node, later.node];
+                if let Some(log) = &mut log {
+                    log.slots.push(later.place);
+                }
                 cluster.node = Node {
                     container: earlier.node.container.union(&later.node.container),
                     first: later.place,

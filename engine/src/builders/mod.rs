@@ -6,10 +6,10 @@ pub(crate) mod binned_sah;
 pub(crate) mod exact;
 mod lbvh;
 mod none;
-mod ploc;
+pub(crate) mod ploc;
 mod sweep;
 
-mod hploc;
+pub(crate) mod hploc;
 
 mod clip;
 mod sbvh;
@@ -17,6 +17,9 @@ mod sbvh;
 pub mod depth_limit;
 mod error;
 mod flatten;
+
+pub(crate) mod clustered;
+
 mod items;
 pub(crate) mod prepared;
 mod presplit;

@@ -2,8 +2,9 @@
 //! Construction*, 2018): bottom-up along a space-filling curve. In each round every cluster finds its nearest neighbour among those
 //! close by in the list, by the area of their union; clusters that are each other's nearest merge, and the list is compacted.
 
-use crate::aac::ClusterContainer;
-use crate::builders::flatten::{ChildPair, finish};
+use crate::aac::{ClusterContainer, ReductionStep};
+use crate::builders::clustered::Clustered;
+use crate::builders::flatten::ChildPair;
 use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use crate::geometry::Triangle;
 use crate::kernel::parallel::{par_collect, par_collect_in_chunks, par_tasks, zeros};
@@ -30,6 +31,18 @@ pub fn build<C: ClusterContainer>(
     token: &CancelToken,
     times: &mut StageTimes,
 ) -> Result<Tree<C>, Cancelled> {
+    cluster(triangles, bounds, curve, token, times)?.0.finish(token, times)
+}
+
+/// Merges all clusters. Returns the rounds as calls that have all clusters in their list, the first at the highest level; children of
+/// merges are in their slots in order.
+pub fn cluster<C: ClusterContainer>(
+    triangles: &[Triangle],
+    bounds: &InputBounds,
+    curve: Curve,
+    token: &CancelToken,
+    times: &mut StageTimes,
+) -> Result<(Clustered<C>, Vec<ReductionStep>), Cancelled> {
     let count = triangles.len();
     let sorted = sort_primitives::<C>(triangles, bounds, curve, token, times)?;
     let stage = Stage::begin("tree", token);
@@ -40,11 +53,21 @@ pub fn build<C: ClusterContainer>(
     })?;
     let mut next: Vec<Node<C>> = zeros(count, token)?;
     let (mut written, mut remaining) = (0, &mut slots[..]);
+    let mut rounds = Vec::new();
     while clusters.len() > 1 {
         let round = Round::new(&clusters, written, token)?;
         let pairs;
         (pairs, remaining) = remaining.split_at_mut(round.merges);
         round.merge(&clusters, &mut next, pairs, token)?;
+        rounds.push(ReductionStep {
+            level: 0,
+            first_primitive: 0,
+            primitives: count as u32,
+            before: clusters.len() as u32,
+            after: (clusters.len() - round.merges) as u32,
+            first_merge: written as u32,
+            first_step: rounds.len() as u32,
+        });
         written += round.merges;
         next.truncate(clusters.len() - round.merges);
         std::mem::swap(&mut clusters, &mut next);
@@ -52,7 +75,10 @@ pub fn build<C: ClusterContainer>(
     }
     let root = clusters[0];
     drop((clusters, next));
-    finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
+    for (level, round) in rounds.iter_mut().rev().enumerate() {
+        round.level = level as u32;
+    }
+    Ok((Clustered { root, slots, sorted, stage }, rounds))
 }
 
 /// A round: for each cluster the other one of its pair, and where its batch writes.

@@ -1,8 +1,11 @@
 //! Builds a tree with the record of its merges.
 
 use crate::aac::{ClusterContainer, build_bvh_with_recursion};
+use crate::builders::clustered::MergeLog;
 use crate::builders::depth_limit::depth_limit;
 use crate::builders::exact;
+use crate::builders::hploc;
+use crate::builders::ploc;
 use crate::builders::prepared::PreparedInput;
 use crate::builders::{BuildError, StageTimes, check_size};
 use crate::cancel::{CancelToken, Cancelled};
@@ -20,22 +23,36 @@ pub struct Construction {
     pub tree: AnyTree,
     /// Order, level and list of each merge.
     pub record: MergeRecord,
+    /// The builder.
+    pub builder: BuilderKind,
     /// The tree over scaled triangles, in whose coordinates it was clustered; `None` where coordinates need no scaling.
     scaled: Option<AnyTree>,
 }
 
 impl Construction {
-    /// Builds the tree of `triangles` by the AAC or exact builder with `settings`, in the rayon pool of the calling thread, and
-    /// records its merges. Coordinates must be finite. Without triangles tree and record are empty. Refused for other builders.
+    /// The builders whose merges are recorded.
+    pub const BUILDERS: [BuilderKind; 4] =
+        [BuilderKind::Aac, BuilderKind::Exact, BuilderKind::Ploc, BuilderKind::Hploc];
+
+    /// The merges of a builder are recorded.
+    pub fn records(builder: BuilderKind) -> bool {
+        Self::BUILDERS.contains(&builder)
+    }
+
+    /// Each merge chose the closest pair of its list. PLOC and H-PLOC merge all pairs of a list at once that are each other's nearest.
+    pub fn chooses_closest(&self) -> bool {
+        matches!(self.builder, BuilderKind::Aac | BuilderKind::Exact)
+    }
+
+    /// Builds the tree of `triangles` by a builder that [`Construction::records`], with `settings`, in the rayon pool of the calling
+    /// thread, and records its merges. Coordinates must be finite. Without triangles tree and record are empty. Refused for other
+    /// builders.
     pub fn new(triangles: &[Triangle], settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
-        if !matches!(settings.builder, BuilderKind::Aac | BuilderKind::Exact) {
+        if !Self::records(settings.builder) {
             let label = settings.builder.label();
-            return Err(BuildError::Refused(format!(
-                "{label} {}: choose {} or {}",
-                if settings.builder.is_aac() { "merges blocks of triangles" } else { "merges no clusters" },
-                BuilderKind::Aac.label(),
-                BuilderKind::Exact.label()
-            )));
+            let reason = if settings.builder.is_aac() { "merges blocks of triangles" } else { "merges no clusters" };
+            let others = Self::BUILDERS.map(BuilderKind::label).join(", ");
+            return Err(BuildError::Refused(format!("{label} {reason}: choose one of {others}")));
         }
         check_size(triangles.len(), settings)?;
         match settings.container {
@@ -69,22 +86,40 @@ where
     AnyTree: From<Tree<C>>,
 {
     if triangles.is_empty() {
-        return Ok(Construction { tree: Tree::<C>::EMPTY.into(), record: MergeRecord::default(), scaled: None });
+        let (tree, record) = (Tree::<C>::EMPTY.into(), MergeRecord::default());
+        return Ok(Construction { tree, record, builder: settings.builder, scaled: None });
     }
     let mut times = StageTimes::default();
     let bounds = input_bounds(triangles, token)?;
     let input = PreparedInput::new(triangles, bounds, settings, token, &mut times)?;
-    let (mut tree, record) = if settings.builder == BuilderKind::Exact {
-        let tree = exact::build::<C>(&input.triangles, token, &mut times)?;
-        let record = MergeRecord::of_one_list(&tree, token)?;
-        (tree, record)
-    } else {
-        let (tree, recursion) = build_bvh_with_recursion::<C>(&input.triangles, &input.bounds, settings, token)?;
-        let record = MergeRecord::of_recursion(&tree, recursion, token)?;
-        (tree, record)
+    let (triangles_of_input, bounds, curve) = (&*input.triangles, &input.bounds, settings.curve);
+    let mut log = MergeLog::default();
+    let (mut tree, record) = match settings.builder {
+        BuilderKind::Exact => {
+            let tree = exact::build::<C>(triangles_of_input, token, &mut times)?;
+            let record = MergeRecord::of_one_list(&tree, token)?;
+            (tree, record)
+        }
+        BuilderKind::Ploc | BuilderKind::Hploc => {
+            let clustered = if settings.builder == BuilderKind::Hploc {
+                hploc::cluster::<C>(triangles_of_input, bounds, curve, Some(&mut log), token, &mut times)?
+            } else {
+                let (clustered, rounds) = ploc::cluster::<C>(triangles_of_input, bounds, curve, token, &mut times)?;
+                log = MergeLog { steps: rounds, slots: (0..clustered.slots.len() as u32).collect(), level: 0 };
+                clustered
+            };
+            let (tree, placed) = clustered.finish_with_merges(&log, token, &mut times)?;
+            let record = MergeRecord::of_calls(&tree, log.steps, placed, token)?;
+            (tree, record)
+        }
+        _ => {
+            let (tree, recursion) = build_bvh_with_recursion::<C>(triangles_of_input, bounds, settings, token)?;
+            let record = MergeRecord::of_recursion(&tree, recursion, token)?;
+            (tree, record)
+        }
     };
     let scaled = (input.scale() != 1.0).then(|| tree.clone().into());
     let container = |index: u32| C::of_triangle(&triangles[index as usize]);
     input.restore(&mut tree, container, token, &mut times)?;
-    Ok(Construction { tree: tree.into(), record, scaled })
+    Ok(Construction { tree: tree.into(), record, builder: settings.builder, scaled })
 }

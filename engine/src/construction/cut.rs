@@ -77,12 +77,12 @@ impl Cut {
         let area_of = |node: u32| tree.area(node);
         match (self, timeline) {
             (Self::Clusters(clusters), Some(timeline)) => {
-                let step = (timeline.steps() + 1).saturating_sub(clusters.max(1));
-                antichain(tree, |node| timeline.lifetime(node).start <= step, token)
+                let step = timeline.step_with(clusters);
+                antichain(tree, |node| timeline.is_whole(node, step), token)
             }
             (Self::Step { step, .. }, Some(timeline)) => {
                 let step = step.min(timeline.steps());
-                antichain(tree, |node| timeline.lifetime(node).start <= step, token)
+                antichain(tree, |node| timeline.is_whole(node, step), token)
             }
             (Self::Area(fraction), _) => {
                 let largest = if tree.nodes.is_empty() { 0.0 } else { fraction * area_of(0) };

@@ -96,14 +96,19 @@ pub fn merge_area(kind: ContainerKind, distance: f32) -> f32 {
 }
 
 impl Construction {
-    /// Why `merge` merged its two clusters; `None` where there is no such merge. Distances are in the coordinates in which the tree was
+    /// Why `merge` merged its two clusters; `None` where there is no such merge, and where merges do not choose the closest pair, see
+    /// [`Construction::chooses_closest`]. Distances are in the coordinates in which the tree was
     /// clustered, which differ from the given ones only where those are above 1e15 or below 1e-10. Takes time quadratic in the
     /// length of the list.
     pub fn choice(&self, merge: u32, token: &CancelToken) -> Result<Option<MergeChoice>, Cancelled> {
+        if !self.chooses_closest() {
+            return Ok(None);
+        }
         with_built_tree!(self.clustered(), tree => choice(tree, &self.record, merge, token), _tree => Ok(None))
     }
 
-    /// The clusters of the list that `merge` chose from, in no particular order; none where there is no such merge.
+    /// The clusters of the list that `merge` chose from, in no particular order; none where there is no such merge. Not of PLOC, whose
+    /// rounds are no recursion.
     pub fn list_before(&self, merge: u32) -> Vec<u32> {
         with_tree!(&self.tree, tree => list_before(tree, &self.record, merge))
     }

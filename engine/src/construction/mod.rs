@@ -1,6 +1,7 @@
-//! The construction of an agglomerative tree, to be looked at: which clusters were merged when, in which call of the recursion, from
+//! The construction of a tree, to be looked at. Of an agglomerative one: which clusters were merged when, in which call of the recursion, from
 //! which list, and why. The tree is the one that [`crate::builders`] makes before any pass, node for node; nothing is recorded
-//! while it is built, since the order of its merges follows from the recursion ([`MergeRecord`]).
+//! while it is built, since the order of its merges follows from the recursion ([`MergeRecord`]). Of one that was built from the top:
+//! its splits ([`SplitTree`]). Both are a [`Timeline`], in which each step is a cut through the tree.
 //!
 //! ```
 //! use bvhscope_engine::construction::{Construction, Cut, MergeOrder};
@@ -27,6 +28,8 @@ mod construct;
 mod record;
 mod reduction_levels;
 
+mod splits;
+
 mod cut;
 mod snapshots;
 mod timeline;
@@ -47,4 +50,5 @@ pub use explain::{ClusterPair, ListedCluster, MergeChoice, merge_area};
 pub use record::MergeRecord;
 pub use reduction_levels::{ReductionLevel, Spread};
 pub use regret::{BYTES_PER_TRIANGLE, RegretLimits, Regrets, regrets};
+pub use splits::SplitTree;
 pub use timeline::{MergeOrder, Timeline};

@@ -3,19 +3,20 @@
 use std::ops::Range;
 
 use crate::aac::{Recursion, ReductionStep};
+use crate::builders::clustered::PlacedMerges;
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::{Container, Tree};
 
 /// The merges of a construction, numbered from 0 in the order of a build by one thread: everything in the left side of a range,
-/// everything in its right side, then the range itself. A tree of n leaves has n − 1 merges. Takes some 20 bytes per primitive.
+/// everything in its right side, then the range itself; of PLOC round by round along the list. A tree of n leaves has n − 1 merges. Takes some 20 bytes per primitive.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MergeRecord {
     /// Number of merges up to the one that made each node, that one included; 0 for leaves.
     births: Vec<u32>,
     /// The node that each merge made.
     nodes: Vec<u32>,
-    /// The calls of `combine_clusters` in serial order.
+    /// The calls of `combine_clusters` in serial order; of PLOC its rounds.
     steps: Vec<ReductionStep>,
     /// Position in sorted order of the primitive in each slot of [`Tree::primitive_indices`].
     positions: Vec<u32>,
@@ -31,6 +32,17 @@ impl MergeRecord {
         let Recursion { steps, merge_of_pair, positions } = recursion;
         let slots = &tree.primitive_indices;
         let positions = par_collect(slots.len(), token, |slot| positions[slots[slot] as usize])?;
+        Self::new(tree, steps, positions, |pair| merge_of_pair[pair], token)
+    }
+
+    /// The record of `tree`, made by the calls `steps` of a builder along the curve, before its primitive indices are replaced.
+    pub(super) fn of_calls<C: Container>(
+        tree: &Tree<C>,
+        steps: Vec<ReductionStep>,
+        placed: PlacedMerges,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let PlacedMerges { merge_of_pair, positions } = placed;
         Self::new(tree, steps, positions, |pair| merge_of_pair[pair], token)
     }
 
@@ -93,7 +105,8 @@ impl MergeRecord {
     }
 
     /// The calls of `combine_clusters` in serial order, those that had nothing to merge included. The last is the
-    /// `combine_clusters(C, 1)` of figure 5.
+    /// `combine_clusters(C, 1)` of figure 5. Of H-PLOC the lists of the recursion, the last of which is the root's until one cluster is
+    /// left; of PLOC the rounds, the level of each being the number of rounds after it.
     pub fn steps(&self) -> &[ReductionStep] {
         &self.steps
     }

@@ -10,7 +10,7 @@ pub const MAX_LARGEST: usize = 4096;
 /// Number of steps between two snapshots: with as many as are asked for, snapshots take 12 bytes per primitive and a query reads at most
 /// four times as many clusters as it returns.
 const STEPS_BETWEEN: usize = MAX_LARGEST;
-/// Number of clusters per snapshot: each step up to the next takes two of them away.
+/// Number of clusters per snapshot: each step up to the next takes two of them away, or of splits one.
 const CAPACITY: usize = MAX_LARGEST + 2 * STEPS_BETWEEN;
 /// Bits of a number that is not negative, which are in the order of the numbers.
 pub fn ordered_bits(area: f32) -> u32 {
@@ -54,15 +54,21 @@ impl Snapshots {
         Ok(Self { areas, largest })
     }
 
-    /// The `count` largest clusters at `step`, at most [`MAX_LARGEST`]; `merged` are the nodes made by each step.
-    pub fn largest_at(&self, step: u32, count: usize, deaths: &[u32], merged: &[u32]) -> Vec<u32> {
+    /// The `count` largest clusters at `step`, at most [`MAX_LARGEST`]; `made_since` are the nodes made after a step up to this one.
+    pub fn largest_at(
+        &self,
+        step: u32,
+        count: usize,
+        deaths: &[u32],
+        made_since: &dyn Fn(u32) -> Vec<u32>,
+    ) -> Vec<u32> {
         let count = count.min(MAX_LARGEST);
         let snapshot = step as usize / STEPS_BETWEEN;
         let Some(stored) = self.largest.get(snapshot).filter(|_| !self.areas.is_empty()) else { return Vec::new() };
         let stands = |node: &&u32| deaths[**node as usize] > step;
         let before = |node: u32| (!ordered_bits(self.areas[node as usize]), node);
         let mut nodes: Vec<u32> = stored.iter().filter(stands).take(count).copied().collect();
-        nodes.extend(merged[snapshot * STEPS_BETWEEN..step as usize].iter().filter(stands));
+        nodes.extend(made_since((snapshot * STEPS_BETWEEN) as u32).iter().filter(stands));
         nodes.sort_unstable_by_key(|&node| before(node));
         nodes.truncate(count);
         nodes

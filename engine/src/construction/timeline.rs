@@ -1,4 +1,4 @@
-//! The merges of a tree in an order, step by step: which clusters are active after each.
+//! The merges or the splits of a tree in an order, step by step: which clusters are active after each.
 
 use std::ops::Range;
 
@@ -12,16 +12,16 @@ use super::construct::Construction;
 use super::record::MergeRecord;
 use super::snapshots::{Snapshots, ordered_bits};
 
-/// An order in which the merges of a tree are shown. In each of them children come before their parents.
+/// An order in which the merges of a tree are shown, children before their parents; or its splits, parents before their children.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum MergeOrder {
-    /// As a build by one thread merges.
+    /// As a build by one thread merges or splits.
     #[default]
     Built,
-    /// By the area of the container that is made, ascending, but no parent before its children.
+    /// By the area of the container that is made, ascending, but no parent before its children; splits the other way round.
     Distance,
-    /// By the level of the recursion, deepest first; within a level as built.
+    /// By the level of the recursion, deepest first; within a level as built. Splits by depth, the root first.
     Level,
 }
 
@@ -48,17 +48,20 @@ impl MergeOrder {
     }
 }
 
-/// The merges of a tree in one order. At step k, after k merges, those nodes are active that have been made and are not yet merged:
-/// as many as there are leaves, less k. Takes some 32 bytes per node.
+/// The merges of a tree in one order, or its splits. At step k, after k merges, those nodes are active that have been made and are not yet
+/// merged: as many as there are leaves, less k. After k splits those that have been made and are not yet split: k + 1. In either case each
+/// leaf lies below one of them. Takes some 32 bytes per node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     order: MergeOrder,
-    /// Step from which on each node is active; 0 for leaves.
+    /// Step from which on each node is active; 0 for those of step 0.
     births: Vec<u32>,
-    /// Step from which on each node is no longer active; `u32::MAX` for the root.
+    /// Step from which on each node is no longer active; `u32::MAX` for those of the last step.
     deaths: Vec<u32>,
-    /// The node that each step makes: step k makes that at k − 1.
-    merged: Vec<u32>,
+    /// The node that each step makes, or splits: that of step k at k − 1.
+    nodes: Vec<u32>,
+    /// The first child of each of these, where they are split.
+    first_children: Option<Vec<u32>>,
     snapshots: Snapshots,
 }
 
@@ -103,25 +106,70 @@ impl Timeline {
         }
         let areas = par_collect(tree.nodes.len(), token, |node| tree.area(node as u32))?;
         let snapshots = Snapshots::new(areas, &births, &deaths, token)?;
-        Ok(Self { order, births, deaths, merged, snapshots })
+        Ok(Self { order, births, deaths, nodes: merged, first_children: None, snapshots })
     }
 
-    /// The order of its merges.
+    /// The timeline of `tree` in which the nodes `split` are split one after another.
+    pub(super) fn of_splits<C: Container>(
+        tree: &Tree<C>,
+        order: MergeOrder,
+        split: Vec<u32>,
+        token: &CancelToken,
+    ) -> Result<Self, Cancelled> {
+        let mut births = zeros::<u32>(tree.nodes.len(), token)?;
+        let mut deaths = vec![u32::MAX; tree.nodes.len()];
+        for (step, &node) in (1..).zip(&split) {
+            token.check_every(LIGHT_STEPS, step as usize)?;
+            deaths[node as usize] = step;
+            let first = tree.nodes[node as usize].first as usize;
+            births[first..first + 2].fill(step);
+        }
+        let first_children = par_collect(split.len(), token, |at| tree.nodes[split[at] as usize].first)?;
+        let areas = par_collect(tree.nodes.len(), token, |node| tree.area(node as u32))?;
+        let snapshots = Snapshots::new(areas, &births, &deaths, token)?;
+        Ok(Self { order, births, deaths, nodes: split, first_children: Some(first_children), snapshots })
+    }
+
+    /// Its steps split nodes rather than merge them.
+    pub fn splits(&self) -> bool {
+        self.first_children.is_some()
+    }
+
+    /// The order of its merges or splits.
     pub fn order(&self) -> MergeOrder {
         self.order
     }
 
-    /// Number of merges, which is also the last step.
+    /// Number of merges or splits, which is also the last step.
     pub fn steps(&self) -> u32 {
-        self.merged.len() as u32
+        self.nodes.len() as u32
     }
 
-    /// The node that each step makes: step k makes that at k − 1.
-    pub fn merged(&self) -> &[u32] {
-        &self.merged
+    /// The node that each step makes, or splits: that of step k at k − 1.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
     }
 
-    /// Steps at which `node` is active; the root's has no end.
+    /// The step that makes `node`, or splits it; `None` where there is none, as for a leaf.
+    pub fn step_of(&self, node: u32) -> Option<u32> {
+        let lifetime = self.lifetime(node);
+        let step = if self.splits() { lifetime.end } else { lifetime.start };
+        (step != 0 && step != u32::MAX).then_some(step)
+    }
+
+    /// The step at which so many clusters are active; the nearest where there is none.
+    pub fn step_with(&self, active: u32) -> u32 {
+        let others = active.max(1) - 1;
+        if self.splits() { others.min(self.steps()) } else { self.steps().saturating_sub(others) }
+    }
+
+    /// At `step`, all below `node` belongs to one cluster.
+    pub(super) fn is_whole(&self, node: u32, step: u32) -> bool {
+        let lifetime = self.lifetime(node);
+        if self.splits() { lifetime.end > step } else { lifetime.start <= step }
+    }
+
+    /// Steps at which `node` is active; those of the nodes of the last step have no end.
     pub fn lifetime(&self, node: u32) -> Range<u32> {
         self.births[node as usize]..self.deaths[node as usize]
     }
@@ -133,14 +181,28 @@ impl Timeline {
 
     /// Number of active clusters at `step`.
     pub fn standing(&self, step: u32) -> u32 {
-        if self.births.is_empty() { 0 } else { self.steps() + 1 - step.min(self.steps()) }
+        let step = step.min(self.steps());
+        match (self.births.is_empty(), self.splits()) {
+            (true, _) => 0,
+            (false, true) => step + 1,
+            (false, false) => self.steps() + 1 - step,
+        }
     }
 
     /// The `count` largest active clusters at `step`, by area of their containers, then by index: at most
     /// [`Timeline::MAX_LARGEST`]. Takes time that does not depend on the size of the tree.
     pub fn largest_at(&self, step: u32, count: usize) -> Vec<u32> {
         let step = step.min(self.steps());
-        self.snapshots.largest_at(step, count, &self.deaths, &self.merged)
+        self.snapshots.largest_at(step, count, &self.deaths, &|first| self.made_since(first, step))
+    }
+
+    /// The nodes that the steps after `first` up to `step` make.
+    fn made_since(&self, first: u32, step: u32) -> Vec<u32> {
+        let steps = first as usize..step as usize;
+        match &self.first_children {
+            None => self.nodes[steps].to_vec(),
+            Some(children) => children[steps].iter().flat_map(|&first| [first, first + 1]).collect(),
+        }
     }
 
     /// Maximum number of clusters that [`Timeline::largest_at`] returns.

@@ -88,6 +88,7 @@ impl Planes {
 
 /// A layout of wide trees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Layout {
     /// Most children of a node, 2 to [`MAX_CHILDREN`].
     pub children: u32,

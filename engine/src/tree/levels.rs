@@ -13,7 +13,7 @@ use crate::geometry::Container;
 const LISTED_EAGERLY: u32 = 1 << 14;
 
 /// Node indices sorted by depth: the root, then depth 1, and so on, within a depth in the order of [`Tree::nodes`]. The first
-/// depths are listed at once, the others on request.
+/// depths are listed at once, the others on request. Of a hierarchy of some of its nodes, those at their depths there.
 #[derive(Debug)]
 pub struct Levels {
     /// Range of each depth in the list. Empty for an empty tree.
@@ -46,6 +46,17 @@ impl Levels {
             depth = next;
         }
         Self { ranges, first, all: OnceLock::new() }
+    }
+
+    /// The nodes of each depth, in the order of [`Tree::nodes`], of a hierarchy of some of the nodes of a tree.
+    pub fn of(by_depth: Vec<Vec<u32>>) -> Self {
+        let mut end = 0;
+        let range = |nodes: &Vec<u32>| {
+            end += nodes.len() as u32;
+            end - nodes.len() as u32..end
+        };
+        let ranges = by_depth.iter().map(range).collect();
+        Self { ranges, first: by_depth.concat(), all: OnceLock::new() }
     }
 
     /// The first `count` nodes of the list, or more. `tree` is the one that [`Levels::new`] got. Takes a pass over it when more nodes

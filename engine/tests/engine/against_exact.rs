@@ -73,7 +73,7 @@ fn check_first(tree: &AnyTree, root: u32, other: &AnyTree, difference: Different
         (0..other.node_count() as u32).map(|node| primitives_below(other, node)).collect();
     let within = primitives_below(tree, root);
     let timeline = Timeline::by_distance(tree, &CancelToken::new()).unwrap();
-    let merges = timeline.merged().iter().filter(|&&node| primitives_below(tree, node).is_subset(&within));
+    let merges = timeline.nodes().iter().filter(|&&node| primitives_below(tree, node).is_subset(&within));
     let expected = merges.enumerate().find(|(_, node)| !others.contains(&primitives_below(tree, **node)));
     let (before, &node) = expected.unwrap();
     assert_eq!((difference.merges_before as usize, difference.node), (before, node));

@@ -3,7 +3,7 @@
 use bvhscope_engine::builders::{BuildError, build_binary};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::construction::{Construction, MergeOrder, Reduction};
-use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes};
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree};
 use bvhscope_engine::with_tree;
@@ -165,6 +165,73 @@ fn exact_clustering_is_one_list() {
         assert!(construction.tree == built);
         with_tree!(&construction.tree, tree => replay(tree, &construction, "exact"));
         assert_eq!((construction.record.steps().len(), construction.record.levels()[0].merges), (1, 499));
+    }
+}
+
+#[test]
+fn lists_of_h_ploc_are_recorded_as_they_merge() {
+    for (name, triangles) in scenes() {
+        for container in ContainerKind::ALL {
+            let settings = BuildSettings { builder: BuilderKind::Hploc, container, ..BuildSettings::default() };
+            let construction = construct(&triangles, &settings);
+            let (built, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
+            assert_eq!(construction.tree == built, !construction.is_too_deep(), "{name}");
+            with_tree!(&construction.tree, tree => replay(tree, &construction, name));
+            assert_eq!(construction.choice(0, &CancelToken::new()), Ok(None), "merges do not choose the closest pair");
+            let (last, others) = construction.record.steps().split_last().unwrap();
+            assert!(last.after == 1 && others.iter().all(|step| step.after <= 16 && step.before <= 32), "{name}");
+        }
+    }
+}
+
+#[test]
+fn rounds_of_ploc_merge_clusters_that_are_each_others_nearest() {
+    for (name, triangles) in scenes() {
+        let settings = BuildSettings { builder: BuilderKind::Ploc, ..BuildSettings::default() };
+        let construction = construct(&triangles, &settings);
+        let (built, _) = build_binary(&triangles, &settings, &CancelToken::new()).unwrap();
+        assert_eq!(construction.tree == built, !construction.is_too_deep(), "{name}");
+        let AnyTree::Aabb(tree) = &construction.tree else { panic!("not boxes") };
+        let record = &construction.record;
+        let mut list = vec![0; tree.primitive_indices.len()];
+        for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.is_leaf()) {
+            list[record.positions()[node.first as usize] as usize] = index as u32;
+        }
+        let mut merges = 0;
+        for (step, level) in record.steps().iter().zip((0..record.steps().len() as u32).rev()) {
+            assert_eq!((step.level, step.before as usize, step.merges().start), (level, list.len(), merges), "{name}");
+            let mut next = list.clone();
+            let mut last = None;
+            for node in step.merges().map(|merge| record.nodes()[merge as usize]) {
+                let place = |child: u32| list.iter().position(|&cluster| cluster == child);
+                let first = tree.nodes[node as usize].first;
+                let (low, high) = (place(first).unwrap(), place(first + 1).unwrap());
+                assert!(low < high && high <= low + 8 && last < Some(low), "{name}: along the list, of one round");
+                last = Some(low);
+                if list.len() < 400 && step.merges().len() >= list.len().div_ceil(32) {
+                    check_mutual(tree, &list, [low, high]);
+                }
+                (next[low], next[high]) = (node, u32::MAX);
+                merges += 1;
+            }
+            next.retain(|&cluster| cluster != u32::MAX);
+            assert_eq!(next.len(), step.after as usize, "{name}");
+            list = next;
+        }
+        assert_eq!(list, [0], "{name}: the root is left");
+        let timelines = [MergeOrder::Built, MergeOrder::Level]
+            .map(|order| construction.timeline(order, &CancelToken::new()).unwrap().nodes().to_vec());
+        assert_eq!(timelines[0], timelines[1], "rounds are levels");
+    }
+}
+
+/// No other cluster within 8 places is closer to one of a pair than they are to each other.
+fn check_mutual(tree: &Tree<Aabb>, list: &[u32], pair: [usize; 2]) {
+    let container = |place: usize| tree.nodes[list[place] as usize].container;
+    let area = |a: usize, b: usize| container(a).union(&container(b)).half_area();
+    for own in pair {
+        let near = (own.saturating_sub(8)..list.len().min(own + 9)).filter(|&other| other != own);
+        assert!(near.into_iter().all(|other| area(own, other) >= area(pair[0], pair[1])), "{pair:?}");
     }
 }
 

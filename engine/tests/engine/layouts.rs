@@ -5,9 +5,10 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::layouts::{
-    Collapse, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes, RayCounts, TRIANGLE_BYTES, WalkMemory,
+    Collapse, KeptNodes, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes, RayCounts, TRIANGLE_BYTES, WalkMemory,
 };
 use bvhscope_engine::settings::{BuildSettings, Pass, Passes, Preset};
+use bvhscope_engine::tree::ancestry::Ancestry;
 use bvhscope_engine::tree::traverse::{RayEvent, RayLog, TestCounts};
 use bvhscope_engine::tree::visits::{RayQuery, measure_weighted_visits};
 use bvhscope_engine::tree::{AnyTree, ContainerKind, Tree};
@@ -269,6 +270,56 @@ fn the_engines_own_tree_described_has_its_counts_digit_for_digit() {
         }
     }
     assert!(rays_with_stack > 500 && compact > 100 && blocks > 5_000, "{rays_with_stack}, {compact}, {blocks}");
+}
+
+/// Checks the kept nodes of a laid tree by the ancestors of each binary node.
+fn check_kept(laid: &LaidTree, binary: &Tree<Aabb>) {
+    let kept = KeptNodes::new(laid.clone(), binary, &token()).unwrap();
+    assert_eq!(kept.len(), laid.tree.nodes.len());
+    let ancestry = Ancestry::new(binary, &token()).unwrap();
+    let mut found = 0;
+    let mut by_depth = vec![0; laid.tree.max_depth as usize + 1];
+    for node in 0..binary.nodes.len() as u32 {
+        let above = |node: &u32| (*node > 0).then(|| ancestry.parents[*node as usize]);
+        let ancestors = std::iter::successors(above(&node), above).filter(|node| kept.keeps(*node));
+        if !kept.keeps(node) {
+            assert!(kept.children(node).is_empty() && kept.depth(node).is_none() && kept.parent(node).is_none());
+            continue;
+        }
+        found += 1;
+        let ancestors: Vec<u32> = ancestors.collect();
+        assert_eq!((kept.parent(node), kept.depth(node)), (ancestors.first().copied(), Some(ancestors.len() as u32)));
+        by_depth[ancestors.len()] += 1;
+        let children = kept.children(node);
+        assert!(children.iter().all(|&child| kept.parent(child) == Some(node)));
+        let count = |node: u32| ancestry.primitive_counts[node as usize];
+        let below = if children.is_empty() { kept.leaf_size(node) } else { children.iter().map(|&at| count(at)).sum() };
+        assert_eq!(below, count(node), "a node has all triangles of its binary node");
+        let (stored, own) = (kept.stored_box(node).unwrap(), binary.nodes[node as usize].container);
+        assert_eq!(stored.union(&own), stored, "stored boxes enclose it");
+    }
+    assert_eq!(found, kept.len(), "each node is another binary node");
+    let levels: Vec<usize> = kept.levels().ranges.iter().map(ExactSizeIterator::len).collect();
+    assert_eq!(levels, by_depth);
+}
+
+#[test]
+fn kept_nodes_are_those_of_the_wide_tree_by_their_binary_numbers() {
+    let triangles = [trees::soup(900, 0.1, 4), trees::ball(Vec3::ZERO, 1.0, 20)].concat();
+    for (tree, wide) in wide_trees(&triangles) {
+        check_kept(&LaidTree::of_wide(&wide, &tree, &token()).unwrap(), &tree);
+        for layout in all_layouts(&[1, 6]) {
+            let layout = if layout.collapse == Collapse::Visits { continue } else { layout };
+            check_kept(&laid(&tree, layout, &[]), &tree);
+        }
+    }
+    let layout = Layout { children: 8, collapse: Collapse::Optimal, planes: Planes::F32, leaf_size: 4 };
+    for triangles in [trees::soup(3, 0.1, 4), trees::soup(1, 0.1, 4)] {
+        let tree = built(&triangles, BuildSettings::default());
+        check_kept(&laid(&tree, layout, &[]), &tree);
+    }
+    let kept = KeptNodes::new(laid(&Tree::EMPTY, layout, &[]), &Tree::EMPTY, &token()).unwrap();
+    assert!(kept.is_empty() && kept.levels().ranges.is_empty());
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn the_first_split_is_the_cheapest_of_lists_and_planes() {
 }
 
 /// Scenes with long triangles, and how much planes lower the cost of the sweep at least.
-fn long_scenes() -> [(&'static str, Vec<Triangle>, f32); 3] {
+pub fn long_scenes() -> [(&'static str, Vec<Triangle>, f32); 3] {
     // Beams between floors of small triangles, as of a building.
     let mut building: Vec<Triangle> = (0..4).flat_map(|floor| trees::grid(12, 1, floor as f32 * 4.0)).collect();
     building.extend(trees::sticks(60, 3).iter().map(|stick| {

@@ -6,6 +6,7 @@ use egui::{
 };
 
 use crate::app::state::AppState;
+use crate::app::views::parts::layout_on_show;
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 
@@ -17,14 +18,14 @@ const HEIGHT: f32 = 44.0;
 /// Shows the bar.
 pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
     let palette = theme::palette(ui);
-    let Some(shown) = state.model.presented.clone() else {
+    let Some(table) = state.model.table().cloned() else {
         ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
             ui.centered_and_justified(|ui| ui.label(egui::RichText::new("No tree yet").color(palette.dim)));
         });
         return;
     };
-    let counts = &shown.accel.report.stats.nodes_per_depth;
-    let max_depth = shown.accel.tree.max_depth();
+    let counts: Vec<u32> = table.nodes_per_depth().collect();
+    let max_depth = table.max_depth();
     let [from, to] = state.drawn_depths();
     ui.horizontal(|ui| {
         ui.set_height(HEIGHT);
@@ -33,8 +34,9 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
         ui.label(egui::RichText::new("…").color(palette.dim));
         number(ui, state, max_depth, 1, "To depth");
         automatic(ui, state);
+        layout_on_show(ui, state);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let text = summary(state, counts, [from, to]);
+            let text = summary(state, &counts, [from, to]);
             ui.allocate_ui_with_layout(
                 vec2(SUMMARY_WIDTH.min(ui.available_width() * 0.5), HEIGHT),
                 Layout::right_to_left(Align::Center),
@@ -44,7 +46,7 @@ pub(crate) fn show(ui: &mut Ui, state: &mut AppState) {
             );
             let size = vec2(ui.available_width(), HEIGHT);
             let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-            bars(ui, state, counts, rect, &response);
+            bars(ui, state, &counts, rect, &response);
         });
     });
 }
@@ -97,7 +99,8 @@ fn summary(state: &AppState, counts: &[u32], [from, to]: [u32; 2]) -> String {
     if let Some(standing) = &state.layout.graphics.standing {
         let [drawn, wanted] = [standing.nodes.len(), standing.all].map(|count| format::count(count as u64));
         let of = if drawn == wanted { wanted } else { format!("{drawn} of {wanted}") };
-        return format!("shown: {of} clusters of Merges");
+        let noun = if standing.is_split { "nodes" } else { "clusters" };
+        return format!("shown: {of} {noun} of Merges");
     }
     let in_range: u64 = counts.iter().take(to as usize + 1).skip(from as usize).map(|&count| u64::from(count)).sum();
     let (drawn, wanted) = state.layout.graphics.overlay_counts();

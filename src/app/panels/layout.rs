@@ -24,6 +24,7 @@ pub fn around(ui: &mut Ui, state: &mut AppState, viewport: impl FnOnce(&mut Ui, 
     theme::apply(&ctx, &state.preferences);
     restore_sections(&ctx, &state.preferences.sections);
     commands::handle_shortcuts(&ctx, state);
+    state.model.follow_layout();
     views::play(ui, state);
     time_strip::play(ui, state);
     top(ui, state);

@@ -45,7 +45,8 @@ impl DerivedWorker {
     /// too unless it is cancelled.
     pub(crate) fn request_missing(&mut self, state: &AppState, idle: bool) {
         let Some(presented) = state.model.presented.as_ref().filter(|_| !self.worker.is_busy()) else { return };
-        let (table, mut wanted) = (&presented.table, state.wanted.overlay);
+        let table = state.model.layout_of(&presented.accel).unwrap_or(&presented.table);
+        let mut wanted = state.wanted.overlay;
         if !matches!(wanted.color_by.source(), Source::Tree | Source::Counts) {
             // Studies of their own find regrets and visits, which takes longer; growth is known or is not.
             wanted.color_by = ColorBy::DEPTH;

@@ -13,6 +13,7 @@ mod layout;
 pub mod lesson;
 mod model;
 pub mod picture_cut;
+mod picture_layout;
 mod picture_ray;
 mod playback;
 pub mod ray_file;
@@ -34,6 +35,7 @@ pub use derived::Derived;
 pub use layout::{Graphics, Help, HelpPage, Layout, Side};
 pub use model::{Difference, Model, Presented};
 pub use picture_cut::{PictureCut, Standing};
+pub use picture_layout::{LayoutOf, PictureLayout};
 pub use picture_ray::{PictureRay, RayOutcome, RaySource, SPEEDS};
 pub use playback::{Clock, Playback};
 pub use preferences::{Navigation, Preferences, Theme};
@@ -458,10 +460,10 @@ impl AppState {
         OverlaySettings { depth: depth.or(overlay.depth), ..overlay }
     }
 
-    /// First and last depth that are drawn of the presented tree; of a tree that is not there yet, the wanted ones.
+    /// First and last depth that are drawn of the presented tree, or of its layout on show; of a tree that is not there yet, the wanted
+    /// ones.
     pub fn drawn_depths(&self) -> [u32; 2] {
-        let of_tree =
-            self.model.presented.as_ref().map(|shown| shown.table.drawn_depths(&self.overlay_of(&shown.table)));
+        let of_tree = self.model.table().map(|table| table.drawn_depths(&self.overlay_of(table)));
         of_tree.or(self.wanted.overlay.depth).unwrap_or_default()
     }
 

@@ -10,6 +10,7 @@ use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
 use crate::app::state::curve::CurveState;
 use crate::app::state::derived::Derived;
 use crate::app::state::picture_cut::PictureCut;
+use crate::app::state::picture_layout::PictureLayout;
 use crate::app::state::picture_ray::PictureRay;
 use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
@@ -18,6 +19,7 @@ use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::catalog::settings::{preset_name, short_name};
 use crate::lab::diff::DifferenceMap;
 use crate::lab::file_and_builder;
+use crate::lab::layouts::NamedLayout;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{LoadOptions, Scene, SceneSource};
@@ -156,6 +158,8 @@ pub struct Model {
     pub ray: PictureRay,
     /// The clusters over the picture in place of depths.
     pub cut: PictureCut,
+    /// The layout that containers, depths and icicle are of.
+    pub layout: PictureLayout,
     /// The curve over the picture.
     pub curve: CurveState,
     /// Data derived from the trees.
@@ -244,5 +248,46 @@ impl Model {
     /// The bounding box of the presented scene.
     pub fn bounds(&self) -> Option<Aabb> {
         self.presented.as_ref().map(|presented| presented.accel.scene.bounds)
+    }
+
+    /// Makes the table of the layout on show, once its nodes are known of the presented tree; called once a UI frame.
+    pub fn follow_layout(&mut self) {
+        let kept = self.presented.as_ref().and_then(|shown| {
+            let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
+            let kept = self.layout.kept.get(&shown.accel, &inputs)?;
+            Some((&shown.accel, kept.as_ref().as_ref().ok()?))
+        });
+        let table = kept.map(|(accel, kept)| {
+            let is_same = |table: &&Arc<NodeTable>| {
+                Arc::ptr_eq(table.accel(), accel) && table.kept().is_some_and(|own| Arc::ptr_eq(own, kept))
+            };
+            let known = self.layout.table.as_ref().filter(is_same).cloned();
+            known.unwrap_or_else(|| Arc::new(NodeTable::of_layout(accel, kept)))
+        });
+        self.layout.table = table;
+    }
+
+    /// The table of the layout on show, of this tree; `None` where the binary tree is shown.
+    pub fn layout_of(&self, accel: &Arc<Accel>) -> Option<&Arc<NodeTable>> {
+        self.layout.table.as_ref().filter(|table| Arc::ptr_eq(table.accel(), accel))
+    }
+
+    /// The table of the presented tree, or of the layout of it that is on show.
+    pub fn table(&self) -> Option<&Arc<NodeTable>> {
+        let shown = self.presented.as_ref()?;
+        Some(self.layout_of(&shown.accel).unwrap_or(&shown.table))
+    }
+
+    /// Name of the layout on show.
+    pub fn layout_name(&self) -> Option<String> {
+        self.table()?.kept()?;
+        self.layout.chosen.map(|layout| NamedLayout::from(layout).name())
+    }
+
+    /// Why the chosen layout is not shown.
+    pub fn layout_fault(&self) -> Option<&str> {
+        let shown = self.presented.as_ref()?;
+        let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
+        self.layout.kept.get(&shown.accel, &inputs)?.as_ref().as_ref().err().map(String::as_str)
     }
 }

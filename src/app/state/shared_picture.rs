@@ -9,6 +9,7 @@ use crate::app::state::model::Model;
 use crate::app::state::picture_cut::SharedMerges;
 use crate::app::state::picture_ray::{RaySource, SharedRayView};
 use crate::camera::Camera;
+use crate::lab::layouts::LayoutChoice;
 use crate::lab::population::Population;
 use crate::lab::ray::RayMethod;
 use crate::render::{RayKind, RayStart};
@@ -32,6 +33,8 @@ pub struct SharedPicture {
     pub merges: SharedMerges,
     /// The rest of the ray.
     pub ray_view: SharedRayView,
+    /// The layout that is shown in place of the binary tree.
+    pub layout: Option<LayoutChoice>,
     /// The curve.
     pub curve: SharedCurve,
 }
@@ -83,7 +86,7 @@ impl Model {
     pub fn shared_picture(&self) -> SharedPicture {
         #[rustfmt::skip]
         let Self {
-            ray, cut, curve, derived,
+            ray, cut, layout, curve, derived,
             // Products, and what has its own place in a shared state.
             loaded: _, presented: _, second: _, difference: _, up_override: _, file_missing: _, playback: _, followed: _,
             load_options: _, heat_basis: _,
@@ -120,17 +123,20 @@ impl Model {
             cut: cut.wanted_cut(),
             merges: cut.shared(),
             ray_view: ray.shared(),
+            layout: layout.chosen,
             curve: curve.shared(),
         }
     }
 
     /// Draws over the picture what another window drew.
     pub fn show_shared_picture(&mut self, shared: SharedPicture) {
-        let SharedPicture { population, ray, merge_order, clusters_left, cut, merges, ray_view, curve } = shared;
+        let SharedPicture { population, ray, merge_order, clusters_left, cut, merges, ray_view, layout, curve } =
+            shared;
         self.derived.population = population;
         (self.cut.order, self.cut.left, self.cut.playing) = (merge_order, clusters_left, None);
         self.cut.show_shared(merges);
         self.cut.show_cut(cut);
+        self.layout.chosen = layout.and_then(LayoutChoice::within_limits);
         self.curve.show_shared(curve);
         self.ray.source = ray.as_ref().and_then(SharedRay::source);
         self.ray.restart();
@@ -164,6 +170,7 @@ mod tests {
         (merges.cut_area, merges.cut_triangles, merges.cut_kind) = (0.25, 7, CutKind::Triangles);
         (merges.page, merges.price_of) = (MergePage::Price, Some(5));
         (model.curve.shown, model.curve.level) = (true, 7);
+        model.layout.chosen = Some(LayoutChoice::Engine);
         model
     }
 

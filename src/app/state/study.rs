@@ -35,6 +35,11 @@ impl<K: PartialEq, V> Study<K, V> {
         self.known_of(accel).map(|known| &known.value)
     }
 
+    /// The same with its parameters.
+    pub fn with_parameters(&self, accel: &Arc<Accel>) -> Option<(&K, &Arc<V>)> {
+        self.known_of(accel).map(|known| (&known.parameters, &known.value))
+    }
+
     fn known_of(&self, accel: &Arc<Accel>) -> Option<&Known<K, V>> {
         [&self.known, &self.before].into_iter().flatten().find(|known| is_same(&known.tree, accel))
     }

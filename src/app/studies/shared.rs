@@ -5,10 +5,12 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use super::{Studies, StudyPlan};
 use crate::accel::{Accel, is_same};
-use crate::app::state::{Derived, OtherTree, Side, before_passes};
+use crate::app::state::{Derived, LayoutOf, OtherTree, Side, before_passes};
+use crate::lab::LabError;
 use crate::lab::at_rest::{estimate_tests, measure_at_rest};
 use crate::lab::diagnose::{Finding, diagnose_scene, diagnose_tree};
 use crate::lab::diff::survivors;
+use crate::lab::layouts::kept_nodes;
 use crate::lab::pool;
 use crate::lab::scaffold::scaffold;
 use crate::overlay::ColorBy;
@@ -21,6 +23,7 @@ pub(crate) fn add(studies: &mut Studies) -> std::io::Result<()> {
     add_moved(studies)?;
     add_edges(studies)?;
     add_estimates(studies)?;
+    add_layout(studies)?;
     let of_scene = Mutex::new((Weak::new(), Vec::new()));
     studies.add(
         StudyPlan::new(
@@ -125,6 +128,27 @@ fn add_estimates(studies: &mut Studies) -> std::io::Result<()> {
     studies.add(plan, |accel, second, token| {
         estimate_tests(accel, token)?;
         second.as_ref().and_then(OtherTree::get).map_or(Ok(()), |second| estimate_tests(&second, token))
+    })
+}
+
+/// The nodes that the layout on show keeps.
+fn add_layout(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        "layout",
+        "Laying out the wide tree",
+        |state| &mut state.model.layout.kept,
+        |state, _| {
+            let accel = state.presented_tree()?;
+            let inputs = state.model.layout.inputs(&state.model.derived, &accel)?;
+            Some((accel, inputs))
+        },
+    );
+    studies.add(plan, |accel, LayoutOf { layout, rays }: &LayoutOf, token| {
+        match kept_nodes(accel, *layout, rays.as_ref(), token) {
+            Ok(kept) => Ok(Ok(Arc::new(kept))),
+            Err(LabError::Refused(reason)) => Ok(Err(reason)),
+            Err(LabError::Cancelled(cancelled)) => Err(cancelled),
+        }
     })
 }
 

@@ -44,7 +44,7 @@ impl Choice {
         standing: Option<&Arc<Standing>>,
         selection: &Selection,
     ) -> (Arc<Shown>, Option<Duration>) {
-        let table = standing.and_then(|standing| standing.table()).unwrap_or(&presented.table);
+        let table = table_of(state, presented, standing.map(AsRef::as_ref));
         let settings = drawable(state, table);
         // Settings that change only the look of lines need no other choice.
         let compared = OverlaySettings { hidden_alpha: 0.0, line_width: 1.0, ..settings };
@@ -116,9 +116,17 @@ pub(crate) fn budget(state: &AppState) -> u32 {
     state.wanted.overlay.budget.unwrap_or_else(|| state.layout.graphics.automatic_budget())
 }
 
-/// The table of the tree whose containers are drawn: the presented one, or that of the merges on show.
+/// The table of the tree whose containers are drawn: the presented one, or that of the merges or of the layout on show.
 pub(crate) fn drawn_table<'a>(state: &'a AppState, presented: &'a Presented) -> &'a Arc<NodeTable> {
-    state.layout.graphics.standing.as_ref().and_then(|standing| standing.table()).unwrap_or(&presented.table)
+    table_of(state, presented, state.layout.graphics.standing.as_deref())
+}
+
+/// [`drawn_table`], where these clusters are on show.
+fn table_of<'a>(state: &'a AppState, presented: &'a Presented, standing: Option<&'a Standing>) -> &'a Arc<NodeTable> {
+    match standing {
+        Some(standing) => standing.table().unwrap_or(&presented.table),
+        None => state.model.layout_of(&presented.accel).unwrap_or(&presented.table),
+    }
 }
 
 /// The selection that the overlay shows: while merges are on show, the one just made, whose children are lit up too.

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::app::state::{AppState, PickedTriangle, Presented, SecondNodes, TreeSide};
 use crate::camera::Camera;
-use crate::overlay::OverlaySettings;
+use crate::overlay::{NodeTable, OverlaySettings};
 use crate::render::Frame;
 use crate::visibility::NodeIdentity;
 
@@ -135,18 +135,20 @@ pub fn drawn_node_of(state: &AppState, primitive: u32) -> Option<u32> {
     if let Some(standing) = &state.layout.graphics.standing {
         return path.into_iter().find(|&node| standing.table().is_none() && standing.stands(node));
     }
-    drawn_on(&path, presented, &state.overlay_of(&presented.table))
+    let table = state.model.layout_of(&presented.accel).unwrap_or(&presented.table);
+    drawn_on(path, table, &state.overlay_of(table))
 }
 
 /// The deepest node of the second tree within its drawn range of depths that holds the triangle.
 pub(super) fn drawn_node_of_second(state: &AppState, primitive: u32) -> Option<u32> {
     let second = state.model.second.as_ref()?;
-    drawn_on(&second.accel.path_to(primitive), second, &state.overlay_of(&second.table))
+    drawn_on(second.accel.path_to(primitive), &second.table, &state.overlay_of(&second.table))
 }
 
 /// The deepest node on a path from the root that is within the drawn range of depths.
-fn drawn_on(path: &[u32], shown: &Presented, overlay: &OverlaySettings) -> Option<u32> {
-    let [first, last] = shown.table.drawn_depths(overlay);
+fn drawn_on(mut path: Vec<u32>, table: &NodeTable, overlay: &OverlaySettings) -> Option<u32> {
+    path.retain(|&node| table.has(node));
+    let [first, last] = table.drawn_depths(overlay);
     path.get(first as usize..path.len().min(last as usize + 1))?.last().copied()
 }
 

@@ -165,7 +165,8 @@ fn add_visits(studies: &mut Studies) -> std::io::Result<()> {
         "Measuring visits",
         |state| &mut state.model.derived.visits,
         |state, idle| {
-            let accel = tree_with(state, |needs| needs.visits, Source::Visits)?;
+            let of_layout = || state.presented_tree().filter(|_| state.model.layout.is_by_visits());
+            let accel = tree_with(state, |needs| needs.visits, Source::Visits).or_else(of_layout)?;
             // Not before the picture has come to rest.
             if state.model.derived.rays(&accel.scene).is_none() && idle {
                 let present = state.view_rays();

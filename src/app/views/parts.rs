@@ -12,7 +12,7 @@ use crate::accel::Accel;
 use crate::app::state::action::Action;
 use crate::app::state::{AppState, Derived, Presented, Request, Study};
 use crate::app::theme;
-use crate::app::widgets::{DropDown, Tip as _, empty_view};
+use crate::app::widgets::{DropDown, Tip as _, chip, empty_view};
 use crate::catalog::metrics::{Metric, Source};
 use crate::lab::population::Population;
 
@@ -166,6 +166,16 @@ pub(super) fn population(ui: &mut Ui, state: &mut AppState, tip: &str) {
 pub(crate) fn rays(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     population(ui, state, "The rays by which visits are measured");
     measure_here(ui, state, shown);
+}
+
+/// The layout that depths, containers and icicle are of, while one is on show; a click ends that.
+pub(crate) fn layout_on_show(ui: &mut Ui, state: &mut AppState) {
+    let Some(name) = state.model.layout_name() else { return };
+    let tip =
+        "Depths, containers and Icicle are those of this layout of the wide tree. Click for the binary tree again";
+    if chip(ui, &format!("Layout {name}"), true, tip) {
+        state.model.layout.chosen = None;
+    }
 }
 
 /// Why no visits were measured, where the view has none of the chosen rays.

@@ -1,5 +1,7 @@
 //! How many merges there are at each time and area, for a plot of more merges than pixels.
 
+use std::ops::Range;
+
 /// Numbers of merges in a grid of equal cells over steps and log2 of the relative area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Density {
@@ -14,9 +16,10 @@ pub struct Density {
 }
 
 impl Density {
-    /// The density of the steps after `first`, of which `log_areas` has those of all steps. Not more columns than steps.
-    pub fn new(log_areas: &[f32], first: usize, [columns, rows]: [usize; 2]) -> Self {
-        let window = log_areas.get(first..).unwrap_or_default();
+    /// The density of some of the steps, of which `log_areas` has those of all. Not more columns than steps.
+    pub fn new(log_areas: &[f32], steps: Range<usize>, [columns, rows]: [usize; 2]) -> Self {
+        let first = steps.start;
+        let window = log_areas.get(steps).unwrap_or_default();
         let columns = columns.min(window.len()).max(1);
         let range = area_axis(window);
         let mut counts = vec![0; columns * rows];
@@ -49,7 +52,7 @@ mod tests {
     #[test]
     fn every_merge_is_in_one_cell() {
         let areas: Vec<f32> = (0..1000).map(|step| -10.0 + step as f32 / 100.0).collect();
-        let density = Density::new(&areas, 0, [16, 8]);
+        let density = Density::new(&areas, 0..1000, [16, 8]);
         assert_eq!(density.size, [16, 8]);
         assert_eq!(density.counts.iter().sum::<u32>(), 1000);
         assert_eq!(density.counts[15], 62, "the last steps make the largest, which are in the first row");
@@ -60,7 +63,7 @@ mod tests {
     #[test]
     fn a_window_has_its_own_axis() {
         let areas = [-20.0, -20.0, -3.0, -1.0, 0.0];
-        let density = Density::new(&areas, 2, [16, 4]);
+        let density = Density::new(&areas, 2..5, [16, 4]);
         assert_eq!((density.size, density.steps, density.range), ([3, 4], [3, 3], [-3.0, 0.0]));
         assert_eq!(density.counts.iter().sum::<u32>(), 3);
     }
@@ -69,6 +72,6 @@ mod tests {
     fn nothing_and_equal_areas_have_an_axis() {
         assert_eq!(area_axis(&[]), [-1.0, 0.0]);
         assert_eq!(area_axis(&[-4.0, -4.0]), [-5.0, -4.0]);
-        assert_eq!(Density::new(&[], 0, [8, 4]).counts, [0; 4]);
+        assert_eq!(Density::new(&[], 0..0, [8, 4]).counts, [0; 4]);
     }
 }

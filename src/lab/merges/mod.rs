@@ -1,4 +1,4 @@
-//! The construction of a tree merge by merge, prepared for a view of it: history, density over time, key frames, pacing.
+//! The construction of a tree merge by merge or split by split, prepared for a view of it: history, density over time, key frames, pacing.
 //!
 //! Start at [`Merges`]. The record itself and its queries are [`bvhscope_engine::construction`].
 
@@ -8,10 +8,11 @@ mod key_frames;
 mod pacing;
 mod reduction_handles;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 pub use density::{Density, area_axis};
-pub use history::{History, TreeOfRecord, merges_clusters};
+pub use history::{History, Origin, TreeOfRecord, is_recorded, merges_clusters};
 pub use key_frames::{KeyFrame, ReductionStop};
 pub use pacing::paced_steps;
 pub use reduction_handles::{reduction_through, threshold_at};
@@ -30,14 +31,14 @@ const ROWS: usize = 96;
 /// Areas below this fraction of the root's count as it: the logarithm of nothing is no number.
 const SMALLEST_SHARE: f32 = 1e-12;
 
-/// The merges of a tree in one order, with what a view shows of them. Holds some 100 bytes per primitive.
+/// The merges or splits of a tree in one order, with what a view shows of them. Holds some 100 bytes per primitive.
 #[derive(Debug)]
 pub struct Merges {
     /// The construction, which all orders share.
     pub history: Arc<History>,
     /// The active clusters at each step.
     pub timeline: Arc<Timeline>,
-    /// log2 of the area of what each step makes, relative to the root's: that of step k at k − 1.
+    /// log2 of the area of what each step makes, or splits, relative to the root's: that of step k at k − 1.
     pub log_areas: Vec<f32>,
     /// Where among all steps and areas the merges are.
     pub density: Arc<Density>,
@@ -57,20 +58,40 @@ impl Merges {
         token: &CancelToken,
     ) -> Result<Self, Cancelled> {
         let tree = history.tree(accel);
-        let timeline = match &history.construction {
-            Some(construction) => construction.timeline(order, token)?,
-            None => Timeline::by_distance(tree, token)?,
+        let timeline = match &history.origin {
+            Origin::Merged(construction) => construction.timeline(order, token)?,
+            Origin::Split(splits) => splits.timeline(order, token)?,
+            Origin::Unknown => Timeline::by_distance(tree, token)?,
         };
         let timeline = Arc::new(timeline);
-        let merged = timeline.merged();
+        let nodes = timeline.nodes();
         let log_areas = with_tree!(tree, tree => {
-            let log_area = |at: usize| node_metrics::area_share(tree, merged[at]).max(SMALLEST_SHARE).log2();
-            par_collect(merged.len(), token, log_area)?
+            let log_area = |at: usize| node_metrics::area_share(tree, nodes[at]).max(SMALLEST_SHARE).log2();
+            par_collect(nodes.len(), token, log_area)?
         });
-        let density = Arc::new(Density::new(&log_areas, 0, [COLUMNS, ROWS]));
-        let key_frames = key_frames::key_frames(history, &timeline);
+        let density = Arc::new(Density::new(&log_areas, 0..log_areas.len(), [COLUMNS, ROWS]));
+        let key_frames = match history.splits() {
+            Some(splits) => key_frames::of_splits(splits, &timeline, token)?,
+            None => key_frames::key_frames(history, &timeline),
+        };
         let stops = key_frames::stops(history, &timeline);
         Ok(Self { history: Arc::clone(history), timeline, log_areas, density, key_frames, stops })
+    }
+
+    /// Its steps are splits.
+    pub fn are_splits(&self) -> bool {
+        self.timeline.splits()
+    }
+
+    /// "merge" or "split".
+    pub fn noun(&self) -> &'static str {
+        if self.are_splits() { "split" } else { "merge" }
+    }
+
+    /// The steps of which the part of so many is the most telling: the last merges, and the first splits.
+    pub fn window(&self, steps: u32) -> Range<usize> {
+        let (all, steps) = (self.log_areas.len(), steps as usize);
+        if self.are_splits() { 0..steps.min(all) } else { all.saturating_sub(steps)..all }
     }
 
     /// The order of the merges: by distance where nothing is recorded of it.
@@ -78,19 +99,19 @@ impl Merges {
         self.timeline.order()
     }
 
-    /// The node that `step` makes; `None` for step 0 and for steps that there are not.
+    /// The node that `step` makes, or splits; `None` for step 0 and for steps that there are not.
     pub fn made_at(&self, step: u32) -> Option<u32> {
-        self.timeline.merged().get((step as usize).checked_sub(1)?).copied()
+        self.timeline.nodes().get((step as usize).checked_sub(1)?).copied()
     }
 
-    /// Area of what `step` makes as a fraction of the root's.
+    /// Area of what `step` makes, or splits, as a fraction of the root's.
     pub fn area_share(&self, step: u32) -> Option<f32> {
         self.log_areas.get((step as usize).checked_sub(1)?).map(|log| log.exp2())
     }
 
     /// Number of the merge that `step` shows in the order of the build, from 0; `None` where none is recorded.
     pub fn merge_number(&self, step: u32) -> Option<u32> {
-        self.history.construction.as_ref()?.record.merge_of(self.made_at(step)?)
+        self.history.construction()?.record.merge_of(self.made_at(step)?)
     }
 
     /// The key frame after `step`, or the last before it.
@@ -107,7 +128,7 @@ impl Merges {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use crate::scene::{LoadOptions, SceneSource, load};
-    use bvhscope_engine::settings::{BuildSettings, BuilderKind, Preset};
+    use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass, Passes, Preset};
     use bvhscope_engine::tree::ContainerKind;
 
     use super::*;
@@ -143,7 +164,7 @@ mod tests {
         let accel = accel(BuildSettings::default());
         let merges = merges(&accel, MergeOrder::Level);
         assert!(merges.key_frames.is_sorted_by(|a, b| a.step < b.step));
-        let record = &merges.history.construction.as_ref().unwrap().record;
+        let record = &merges.history.construction().unwrap().record;
         let level = |step| record.level_of(merges.made_at(step)?);
         let begin = merges.key_frames.iter().filter(|frame| frame.label.starts_with("First merge of level"));
         let begins: Vec<u32> = begin.map(|frame| frame.step).collect();
@@ -177,11 +198,33 @@ mod tests {
     }
 
     #[test]
-    fn trees_that_were_split_are_shown_by_area() {
-        let accel = accel(BuildSettings { builder: BuilderKind::Lbvh, ..BuildSettings::default() });
+    fn trees_from_the_top_are_shown_split_by_split() {
+        let accel = accel(BuildSettings { builder: BuilderKind::Sbvh, ..BuildSettings::default() });
+        for order in MergeOrder::ALL {
+            let merges = merges(&accel, order);
+            assert_eq!((merges.order(), merges.merge_number(1), merges.noun()), (order, None, "split"));
+            assert!(merges.stops.is_empty(), "nothing is reduced");
+            assert_eq!((merges.made_at(1), merges.area_share(1)), (Some(0), Some(1.0)), "the root is split first");
+            assert_eq!((merges.window(10), merges.history.remark(&accel)), (0..10, None));
+            let labels: Vec<_> = merges.key_frames.iter().map(|frame| (frame.step, frame.label.as_str())).collect();
+            assert_eq!(labels[0], (0, "Nothing is split yet: the root holds all triangles"));
+            assert!(labels.iter().any(|frame| frame.1.starts_with("First split at depth 3")), "{labels:?}");
+            let spatial = labels.iter().find(|frame| frame.1.starts_with("First spatial split")).unwrap();
+            let splits = merges.history.splits().unwrap();
+            assert!(splits.duplicates(merges.made_at(spatial.0).unwrap()) > 0);
+            assert!((1..spatial.0).all(|step| splits.duplicates(merges.made_at(step).unwrap()) == 0));
+        }
+        let collapsed = Passes::NONE.with(Pass::Collapse);
+        let accel = self::accel(BuildSettings { optimize: collapsed, ..accel.settings });
+        let remark = merges(&accel, MergeOrder::Built).history.remark(&accel).unwrap();
+        assert!(remark.starts_with("These splits made the tree before its passes"), "{remark}");
+    }
+
+    #[test]
+    fn blocks_that_were_merged_are_shown_by_area() {
+        let accel = accel(BuildSettings::preset(Preset::Swift, ContainerKind::Aabb));
         let merges = merges(&accel, MergeOrder::Built);
         assert_eq!((merges.order(), merges.merge_number(1)), (MergeOrder::Distance, None));
-        assert!(merges.stops.is_empty(), "nothing is reduced");
         assert_eq!(merges.made_at(merges.timeline.steps()), Some(0));
     }
 }

@@ -1,5 +1,6 @@
 //! The nodes of a tree by depth, the instance data of each, and the selection of those that are drawn.
 
+mod of_layout;
 mod other_kind;
 
 mod table;

@@ -49,9 +49,12 @@ impl NodeTable {
             }
     }
 
-    /// The box of `node`: the tree's own, or that of a polytope or of an oriented box, or in a tree of spheres the tight box around the
+    /// The box of `node`: the tree's own, as a layout stores it, or that of a polytope or of an oriented box, or in a tree of spheres the tight box around the
     /// triangles of the subtree.
     pub fn node_box(&self, node: u32) -> Aabb {
+        if let Some(stored) = self.kept.as_ref().and_then(|kept| kept.stored_box(node)) {
+            return stored;
+        }
         match &self.accel.tree {
             AnyTree::Aabb(tree) => tree.nodes[node as usize].container,
             AnyTree::Dop14(tree) => tree.nodes[node as usize].container.bounds,

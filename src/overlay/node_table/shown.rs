@@ -92,7 +92,7 @@ impl NodeTable {
                 let values = self.values(visits.as_ref());
                 let value = |(&node, &depth)| values.at_depth(metric, node, depth).unwrap_or(metric.form.neutral());
                 let values: Vec<f32> = at_depths().map(value).collect();
-                let scale = MetricScale::fitting(metric, &self.accel.report.stats, values.iter().copied());
+                let scale = MetricScale::fitting(metric, &self.stats(), values.iter().copied());
                 let places = values.into_par_iter().with_min_len(1_024).map(|value| scale.position(value));
                 (places.collect(), ColorScale::Metric(scale))
             }
@@ -288,7 +288,7 @@ impl NodeTable {
                     // Rounding may make a sphere slightly larger than its parent's, and a child may be nearer to the eye.
                     let around = f32::from_bits((found >> 32) as u32);
                     let child = |child| (key(rank(tree, child, measure).min(around), child), depth + 1);
-                    open.extend(tree.nodes[node as usize].children().map(child));
+                    open.extend(self.below(node).map(child));
                 }
             }
             [nodes, depths]

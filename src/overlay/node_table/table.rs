@@ -14,6 +14,7 @@ use crate::overlay::settings::{ColorBy, OverlaySettings};
 use crate::visibility::{TriangleSet, Visibility};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Dop14, OrientedBox, OrientedKind, Sphere};
+use bvhscope_engine::layouts::KeptNodes;
 use bvhscope_engine::tree::levels::Levels;
 use bvhscope_engine::tree::{AnyTree, Container, ContainerKind, Tree, node_metrics};
 use bvhscope_engine::with_tree;
@@ -23,6 +24,9 @@ type LastVisibility = (HashSet<u32>, Option<u32>, Option<Arc<TriangleSet>>, Arc<
 
 /// The nodes of one tree by depth. It is made for every rebuild, so only the indices of the first levels are listed then; those
 /// of deeper levels, containers of the other kind, parents and primitive counts are computed on first use.
+///
+/// The table of a layout has the nodes that it keeps, by the numbers of the binary tree, with the depths, parents, children and boxes
+/// that they have in the wide tree.
 #[derive(Debug)]
 pub struct NodeTable {
     /// The nodes of the tree by depth.
@@ -30,6 +34,8 @@ pub struct NodeTable {
     /// Unique id, by which the GPU side recognises an uploaded table.
     pub id: u64,
     pub(super) accel: Arc<Accel>,
+    /// The nodes that a layout keeps; `None` for all of the tree.
+    pub(super) kept: Option<Arc<KeptNodes>>,
     pub(super) boxes: OnceLock<Vec<Aabb>>,
     pub(super) spheres: OnceLock<Vec<Sphere>>,
     pub(super) dops: OnceLock<Vec<Dop14>>,
@@ -42,11 +48,17 @@ pub struct NodeTable {
 impl NodeTable {
     /// Lists the first levels of `accel`'s tree.
     pub fn new(accel: &Arc<Accel>) -> Self {
+        let levels = with_tree!(&accel.tree, tree => Levels::new(tree, &accel.report.stats.nodes_per_depth));
+        Self::of_levels(accel, levels, None)
+    }
+
+    pub(super) fn of_levels(accel: &Arc<Accel>, levels: Levels, kept: Option<Arc<KeptNodes>>) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
         Self {
-            levels: with_tree!(&accel.tree, tree => Levels::new(tree, &accel.report.stats.nodes_per_depth)),
+            levels,
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
             accel: Arc::clone(accel),
+            kept,
             boxes: OnceLock::new(),
             spheres: OnceLock::new(),
             dops: OnceLock::new(),
@@ -97,7 +109,12 @@ impl NodeTable {
         NodeValues { accel: &self.accel, visits: visits.map(|visits| &*visits.0) }
     }
 
-    /// Number of nodes.
+    /// Number of nodes at each depth.
+    pub fn nodes_per_depth(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.levels.ranges.iter().map(|range| range.len() as u32)
+    }
+
+    /// Number of nodes of the tree, those that a layout does not keep included.
     pub fn len(&self) -> usize {
         self.accel.tree.node_count()
     }
@@ -170,7 +187,11 @@ impl NodeTable {
 
     /// First and last depth at which there are leaves; `None` for an empty tree.
     pub fn leaf_depths(&self) -> Option<[u32; 2]> {
-        (!self.is_empty()).then(|| [self.accel.report.stats.min_leaf_depth, self.max_depth()])
+        let first = match &self.kept {
+            Some(kept) => kept.first_leaf_depth()?,
+            None => self.accel.report.stats.min_leaf_depth,
+        };
+        (!self.is_empty()).then(|| [first, self.max_depth()])
     }
 
     /// First and last depth of `settings` in this tree, in order and clamped; the levels above that "parents" adds not included.
@@ -194,16 +215,29 @@ impl NodeTable {
 
     /// `node` is a leaf.
     pub fn is_leaf(&self, node: u32) -> bool {
+        if let Some(kept) = self.kept.as_ref().filter(|kept| kept.keeps(node)) {
+            return kept.children(node).is_empty();
+        }
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].is_leaf())
     }
 
-    /// The children in their order; none for a leaf.
+    /// The children in the tree, in their order; none for a leaf.
     pub fn children(&self, node: u32) -> Range<u32> {
         with_tree!(&self.accel.tree, tree => tree.nodes[node as usize].children())
     }
 
-    /// The parent; `None` for the root and for indices beyond the tree.
+    /// The parent; `None` for the root and for indices beyond the tree. In a layout the next node above that it keeps.
     pub fn parent(&self, node: u32) -> Option<u32> {
+        match &self.kept {
+            Some(kept) if kept.keeps(node) => kept.parent(node),
+            Some(kept) => {
+                std::iter::successors(Some(node), |node| self.parent_in_tree(*node)).find(|node| kept.keeps(*node))
+            }
+            None => self.parent_in_tree(node),
+        }
+    }
+
+    fn parent_in_tree(&self, node: u32) -> Option<u32> {
         if node == 0 || node as usize >= self.len() {
             return None;
         }
@@ -213,7 +247,7 @@ impl NodeTable {
         }
     }
 
-    /// The child of the same parent that comes `steps` after `node`, or before it where these are negative, the last before the
+    /// In the tree, the child of the same parent that comes `steps` after `node`, or before it where these are negative, the last before the
     /// first; `None` for the root, for an only child, and for indices beyond the tree.
     pub fn sibling(&self, node: u32, steps: i32) -> Option<u32> {
         let family = self.family(node)?;
@@ -229,11 +263,15 @@ impl NodeTable {
             let first = node.checked_sub(1)? / 2 * 2 + 1;
             return ((node as usize) < self.len()).then_some(first..first + 2);
         }
-        Some(self.children(self.parent(node)?))
+        Some(self.children(self.parent_in_tree(node)?))
     }
 
-    /// Depth of `node`, root 0.
+    /// Depth of `node`, root 0; of one that a layout does not keep, that of the next node above that it does.
     pub fn depth(&self, node: u32) -> u32 {
+        if let Some(kept) = &self.kept {
+            let next = if kept.keeps(node) { Some(node) } else { self.parent(node) };
+            return next.and_then(|node| kept.depth(node)).unwrap_or(0);
+        }
         match self.accel.known_ancestry() {
             Some(ancestry) => ancestry.depth(node),
             None => self.path(node).len().saturating_sub(1) as u32,

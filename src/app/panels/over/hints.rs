@@ -59,8 +59,9 @@ fn message(state: &AppState) -> Option<(String, &'static str, WayOut)> {
         return Some(("All containers at these depths are hidden.".to_owned(), "Show all", WayOut::ShowAll));
     }
     let section = shown.frame.settings.section;
-    let overlay = state.overlay_of(&shown.table);
-    let drawn = shown.table.drawn_depths(&overlay);
+    let table = state.model.table()?;
+    let overlay = state.overlay_of(table);
+    let drawn = table.drawn_depths(&overlay);
     if state.draws_only_common() && section.is_none() {
         let what = if overlay.leaves_only { "leaf" } else { "container" };
         let text = format!("No {what} at these depths is in both trees.");
@@ -72,7 +73,7 @@ fn message(state: &AppState) -> Option<(String, &'static str, WayOut)> {
             (text, "Show those of one tree too", WayOut::NotOnlyCommon)
         });
     }
-    let [first, last] = shown.table.leaf_depths()?;
+    let [first, last] = table.leaf_depths()?;
     let holds_leaves = drawn[0] <= last && first <= drawn[1];
     if section.is_some() && (holds_leaves || !state.wanted.overlay.leaves_only) {
         let text = "The section plane cuts all containers at these depths away.".to_owned();

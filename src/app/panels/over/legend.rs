@@ -115,14 +115,17 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
     }
     let nodes = state.layout.graphics.shown.as_ref()?;
     let standing = state.layout.graphics.standing.as_deref();
-    let table = standing.and_then(Standing::table).unwrap_or(&shown.table);
+    let table = match standing {
+        Some(standing) => standing.table().unwrap_or(&shown.table),
+        None => state.model.table()?,
+    };
     let legend = overlay::legend(nodes);
     let roles =
         [Some(marked_roles(state, shown, standing)), filled_roles(state, shown, standing), ray_roles(state, table)];
     let is_coded = state.preferences.show_geometry && shown.frame.settings.shading.is_coded();
     let (title, colors) = if is_coded {
         // Colours of lines would be mistaken for those of the picture.
-        let shown = vec![(vec![Mark::of_role(Role::Shown)], drawn_nodes(state, shown, standing))];
+        let shown = vec![(vec![Mark::of_role(Role::Shown)], drawn_nodes(state, standing))];
         ("Containers".to_owned(), vec![Part::Swatches(shown)])
     } else if nodes.colors == ColorScale::Survival {
         survivors_legend(state, standing.is_some_and(|standing| standing.table().is_some()))
@@ -145,7 +148,13 @@ fn overlay_legend(state: &AppState) -> Option<LegendBox> {
         let largest = if standing.is_some() { "largest area" } else { "largest on screen" };
         Part::Text(format!("{drawn} of {wanted}: {largest}"))
     });
-    let title = if standing.is_some() { title.replace("Containers", "Clusters") } else { title };
+    let title = if let Some(standing) = standing {
+        if standing.is_split { title } else { title.replace("Containers", "Clusters") }
+    } else if let Some(layout) = state.model.layout_name() {
+        title.replace("Containers", &format!("Nodes of {layout}"))
+    } else {
+        title
+    };
     let roles = roles.into_iter().flatten().map(|roles| swatches(&roles));
     Some(LegendBox { title, parts: colors.into_iter().chain(roles).chain(cut).collect() })
 }
@@ -167,10 +176,10 @@ fn selected_node(state: &AppState, shown: &Presented) -> Option<u32> {
 /// The selected, hovered or merged nodes. Listed even while no container is hovered, so that the legend's height stays the same.
 fn marked_roles(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> NamedRoles {
     if let Some(standing) = standing {
-        return if standing.made.is_none() {
-            vec![(&[Role::Hovered], "under the pointer")]
-        } else {
-            vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")]
+        return match (standing.made, standing.is_split) {
+            (None, _) => vec![(&[Role::Hovered], "under the pointer")],
+            (_, true) => vec![(&[Role::Selected], "split"), (&[Role::FirstChild, Role::SecondChild], "into these")],
+            (_, false) => vec![(&[Role::FirstChild, Role::SecondChild], "merged"), (&[Role::Selected], "into this")],
         };
     }
     let selected = selected_node(state, shown);
@@ -206,8 +215,8 @@ fn ray_roles(state: &AppState, table: &NodeTable) -> Option<NamedRoles> {
 }
 
 /// The nodes whose containers are drawn, in words.
-fn drawn_nodes(state: &AppState, shown: &Presented, standing: Option<&Standing>) -> String {
-    let [first, last] = shown.table.drawn_depths(&state.overlay_of(&shown.table));
+fn drawn_nodes(state: &AppState, standing: Option<&Standing>) -> String {
+    let [first, last] = state.drawn_depths();
     if standing.is_some() && state.model.cut.wanted_cut().is_some() {
         "nodes of the cut".to_owned()
     } else if standing.is_some() {

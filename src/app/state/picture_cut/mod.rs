@@ -60,7 +60,7 @@ pub struct PictureCut {
     price_tree: Weak<Accel>,
     /// The order in which merges are shown.
     pub order: MergeOrder,
-    /// Number of clusters left at the present step; `None` while no step is chosen. Kept from tree to tree.
+    /// Number of active clusters at the present step; `None` while no step is chosen. Kept from tree to tree.
     pub left: Option<u32>,
     /// The part of a merge that has not been shown yet, while it plays.
     pub playing: Option<f64>,
@@ -176,14 +176,12 @@ impl PictureCut {
 
     /// The present step of `merges`; `None` where none is chosen.
     pub fn step(&self, merges: &Merges) -> Option<u32> {
-        let steps = merges.timeline.steps();
-        self.left.map(|left| (steps + 1).saturating_sub(left.max(1)))
+        self.left.map(|left| merges.timeline.step_with(left))
     }
 
     /// Chooses a step of `merges`.
     pub fn set_step(&mut self, merges: &Merges, step: u32) {
-        let steps = merges.timeline.steps();
-        self.left = Some(steps + 1 - step.min(steps));
+        self.left = Some(merges.timeline.standing(step));
     }
 
     /// Chooses a step of `merges` by hand: playing pauses, and the overlay shows the step.

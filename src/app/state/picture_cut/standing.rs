@@ -59,8 +59,10 @@ pub struct Standing {
     pub nodes: Vec<u32>,
     /// Number of all.
     pub all: usize,
-    /// The node that the step makes, whose two children are being merged.
+    /// The node that the step makes, whose two children are being merged, or that it splits into them.
     pub made: Option<u32>,
+    /// The step is a split.
+    pub is_split: bool,
 }
 
 impl PartialEq for Standing {
@@ -75,20 +77,20 @@ impl PartialEq for Standing {
 }
 
 impl Standing {
-    /// The clusters of `study` after `step` merges; `None` where there are no merges.
+    /// The clusters of `study` after `step` merges or splits; `None` where there are no merges.
     pub(super) fn at_step(study: &Arc<Result<MergeStudy, String>>, step: u32, count: usize) -> Option<Self> {
         let merges = &study.as_ref().as_ref().ok()?.merges;
         let nodes = merges.timeline.largest_at(step, count.min(Timeline::MAX_LARGEST));
         let all = merges.timeline.standing(step) as usize;
         let source = Source::Step(Arc::clone(study), step);
-        Some(Self { source, count, nodes, all, made: merges.made_at(step) })
+        Some(Self { source, count, nodes, all, made: merges.made_at(step), is_split: merges.are_splits() })
     }
 
     /// The nodes of a cut.
     pub(super) fn of_cut(cut: Arc<CutNodes>, count: usize) -> Self {
         let nodes = cut.largest.iter().take(count).copied().collect();
         let all = cut.largest.len();
-        Self { source: Source::Cut(cut), count, nodes, all, made: None }
+        Self { source: Source::Cut(cut), count, nodes, all, made: None, is_split: false }
     }
 
     /// Whether these are the clusters of `study` after `step` merges.

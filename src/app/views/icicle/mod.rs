@@ -3,6 +3,8 @@
 mod plot;
 mod state;
 
+use std::sync::Arc;
+
 pub use state::{IcicleLayout, IcicleView};
 
 use egui::{
@@ -34,7 +36,12 @@ impl View for IcicleView {
     const KEY: Key = Key::F7;
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
-        let Some(shown) = parts::presented_tree(ui, state, "Open a model to see its tree as an icicle") else { return };
+        let Some(mut shown) = parts::presented_tree(ui, state, "Open a model to see its tree as an icicle") else {
+            return;
+        };
+        if let Some(table) = state.model.layout_of(&shown.accel) {
+            shown.table = Arc::clone(table);
+        }
         self.follow(&shown.accel);
         ui.horizontal(|ui| {
             let choices = IcicleWidth::ALL.map(|width| (width, width.label(), width.meaning()));
@@ -52,6 +59,7 @@ impl View for IcicleView {
                 &mut self.color,
             );
             self.legend(ui, &shown);
+            parts::layout_on_show(ui, state);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 self.copy(ui, state, &shown);
                 self.breadcrumb(ui, &shown);
@@ -78,11 +86,12 @@ impl View for IcicleView {
             "icicle",
             "Measuring subtrees",
             |state| &mut state.views.get_mut::<Self>().sums,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(&model.derived, accel)),
+            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(model, accel)),
         );
         studies.add(plan, |accel, inputs: &IcicleInputs, token| {
             accel.compute_ancestry(token)?;
-            subtree_sums(accel, inputs.width, inputs.visits.as_ref(), token)
+            let kept = inputs.layout.as_ref().map(|layout| &*layout.0);
+            subtree_sums(accel, inputs.width, inputs.visits.as_ref(), kept, token)
         })
     }
 }

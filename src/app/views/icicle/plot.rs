@@ -7,6 +7,7 @@ use egui::{
     StrokeKind, TextStyle, Ui, WidgetInfo, pos2, vec2,
 };
 
+use super::state::value;
 use super::{IcicleLayout, IcicleView};
 use crate::accel::node_values::NodeValues;
 use crate::app::state::action::Action;
@@ -15,6 +16,7 @@ use crate::app::views::parts;
 use crate::app::{format, theme};
 use crate::catalog::metrics::METRICS;
 use crate::lab::icicle::IcicleCell;
+use bvhscope_engine::layouts::KeptNodes;
 
 /// Least and largest height of a level in points.
 const LEVEL_HEIGHT: [f32; 2] = [4.0, 18.0];
@@ -32,9 +34,12 @@ impl IcicleView {
         let height = |layout: &IcicleLayout| {
             (rect.height() / layout.icicle.level_count().max(1) as f32).clamp(LEVEL_HEIGHT[0], LEVEL_HEIGHT[1])
         };
+        if !shown.table.has(self.top()) {
+            self.zoom_to(shown.table.parent(self.top()).unwrap_or(0));
+        }
         let Some(layout) = self.layout(&shown.accel, &shown.table, visits, [columns, levels]) else {
+            let inputs = self.inputs(&state.model, &shown.accel);
             let derived = &mut state.model.derived;
-            let inputs = self.inputs(derived, &shown.accel);
             parts::wait_for(ui, derived, &shown.accel, (&mut self.sums, inputs), "Measuring the subtrees");
             return;
         };
@@ -78,7 +83,7 @@ impl IcicleView {
             // Writing into a string cannot fail.
             let _ = write!(text, "\n{name}: {value}");
         };
-        if let Some(sums) = self.sums.of_tree(&shown.accel)
+        if let Some(sums) = self.sums_of(&shown.accel, &shown.table)
             && let (Some(&own), Some(&whole)) = (sums.get(node as usize), sums.first())
             && whole > 0.0
         {
@@ -86,9 +91,16 @@ impl IcicleView {
             line(&format!("{} with all below", self.width.label()), share);
         }
         for metric in METRICS {
-            if let Some(value) = values.get(metric, node) {
+            if let Some(value) = value(&values, &shown.table, metric, node) {
                 line(metric.label, super::metric_text(metric, value));
             }
+        }
+        if shown.table.kept().is_some() {
+            let below = match shown.table.below(node).count() as u64 {
+                0 => "a leaf of the layout".to_owned(),
+                count => format!("{} in the layout", format::counted(count, "child")),
+            };
+            line("The numbers are those of the binary node", below);
         }
         if cell.is_narrow {
             text.push_str("\nNarrower than a pixel: its neighbours are not drawn. Zoom in to see them");
@@ -113,8 +125,16 @@ impl IcicleView {
             (Key::ArrowRight, Action::SelectNextSibling),
         ];
         for (key, action) in walks {
-            if pressed(key) {
-                state.activity.requests.push(Request::Perform(action));
+            if !pressed(key) {
+                continue;
+            }
+            match (shown.table.kept(), state.selection.nodes.selected) {
+                (Some(kept), Some(node)) if kept.keeps(node) => {
+                    if let Some(next) = beside(kept, node, key) {
+                        state.select_node(next);
+                    }
+                }
+                _ => state.activity.requests.push(Request::Perform(action)),
             }
         }
         if pressed(Key::Enter)
@@ -126,6 +146,20 @@ impl IcicleView {
             && let Some(parent) = shown.table.parent(self.top())
         {
             self.zoom_to(parent);
+        }
+    }
+}
+
+/// The node of a layout that an arrow leads to from `node`, siblings in a circle.
+fn beside(kept: &KeptNodes, node: u32, key: Key) -> Option<u32> {
+    match key {
+        Key::ArrowUp => kept.parent(node),
+        Key::ArrowDown => kept.children(node).first().copied(),
+        _ => {
+            let family = kept.children(kept.parent(node)?);
+            let at = family.iter().position(|&sibling| sibling == node)?;
+            let next = if key == Key::ArrowLeft { at + family.len() - 1 } else { at + 1 };
+            Some(family[next % family.len()])
         }
     }
 }

@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::accel::node_values::{KnownVisits, NodeValues};
 use crate::accel::{Accel, is_same};
-use crate::app::state::{Derived, Presented, Study, ViewState};
+use crate::app::state::{Model, Presented, Study, ViewState};
 use crate::catalog::metric_scale::MetricScale;
 use crate::catalog::metrics::{self, Metric, Source};
 use crate::lab::icicle::{Icicle, IcicleWidth};
 use crate::overlay::NodeTable;
+use bvhscope_engine::layouts::KeptNodes;
 
 /// Inputs of an icicle's widths.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +20,18 @@ pub struct IcicleInputs {
     pub width: IcicleWidth,
     /// The measured visits, where widths stand for them.
     pub visits: Option<KnownVisits>,
+    /// The layout on show.
+    pub layout: Option<KnownLayout>,
+}
+
+/// The nodes of a layout as an input: equal where they are the same.
+#[derive(Debug, Clone)]
+pub struct KnownLayout(pub Arc<KeptNodes>);
+
+impl PartialEq for KnownLayout {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 /// The icicle of the presented tree.
@@ -91,6 +104,8 @@ pub struct IcicleLayout {
 #[derive(Debug)]
 struct LayoutKey {
     sums: Arc<Vec<f32>>,
+    /// Identifier of the table.
+    table: u64,
     visits: Option<KnownVisits>,
     top: u32,
     color: &'static Metric,
@@ -102,8 +117,8 @@ struct LayoutKey {
 impl PartialEq for LayoutKey {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.sums, &other.sums)
-            && (&self.visits, self.top, self.color, self.size, self.is_counted)
-                == (&other.visits, other.top, other.color, other.size, other.is_counted)
+            && (&self.visits, self.table, self.top, self.color, self.size, self.is_counted)
+                == (&other.visits, other.table, other.top, other.color, other.size, other.is_counted)
     }
 }
 
@@ -130,10 +145,11 @@ impl IcicleView {
     }
 
     /// Inputs of the widths of `accel`'s icicle; `None` while visits are needed and not known.
-    pub(super) fn inputs(&self, derived: &Derived, accel: &Arc<Accel>) -> Option<IcicleInputs> {
+    pub(super) fn inputs(&self, model: &Model, accel: &Arc<Accel>) -> Option<IcicleInputs> {
         let width = self.width;
-        let visits = derived.needed_visits(accel, width == IcicleWidth::Visits).ok()?;
-        Some(IcicleInputs { width, visits })
+        let visits = model.derived.needed_visits(accel, width == IcicleWidth::Visits).ok()?;
+        let layout = model.layout_of(accel).and_then(|table| table.kept()).map(|kept| KnownLayout(Arc::clone(kept)));
+        Some(IcicleInputs { width, visits, layout })
     }
 
     /// Zooms to a node of `accel`, which is presented.
@@ -163,6 +179,14 @@ impl IcicleView {
         is_same(&self.tree, accel).then_some(layout)
     }
 
+    /// The sums of the last widths of `table`, which is of `accel`; `None` while they are those of the binary tree or of another layout.
+    pub fn sums_of(&self, accel: &Arc<Accel>, table: &NodeTable) -> Option<&Arc<Vec<f32>>> {
+        let (inputs, sums) = self.sums.with_parameters(accel)?;
+        let is_of =
+            inputs.layout.as_ref().map(|layout| &layout.0).zip(table.kept()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+        (is_of || inputs.layout.is_none() && table.kept().is_none()).then_some(sums)
+    }
+
     /// The icicle of `table` in `size` columns and most levels, recomputed only after a change; `None` while the
     /// widths are not known.
     pub fn layout(
@@ -172,22 +196,30 @@ impl IcicleView {
         visits: Option<KnownVisits>,
         size: [u32; 2],
     ) -> Option<Arc<IcicleLayout>> {
-        let sums = Arc::clone(self.sums.of_tree(accel)?);
+        let sums = Arc::clone(self.sums_of(accel, table)?);
         let visits = visits.filter(|_| self.color.source == Source::Visits);
         let is_counted = accel.known_ancestry().is_some();
-        let key = LayoutKey { sums, visits, top: self.top, color: self.color, size, is_counted };
+        let key = LayoutKey { sums, table: table.id, visits, top: self.top, color: self.color, size, is_counted };
         if let Some((known, layout)) = &self.layout
             && *known == key
         {
             return Some(Arc::clone(layout));
         }
-        let icicle = Icicle::new(|node| table.children(node), &key.sums, key.top, size[0], size[1]);
+        let icicle = Icicle::new(|node| table.below(node), &key.sums, key.top, size[0], size[1]);
         let values = NodeValues { accel, visits: key.visits.as_ref().map(|visits| &*visits.0) };
-        let of_cells: Vec<_> = icicle.cells.iter().map(|cell| values.get(key.color, cell.node)).collect();
-        let scale = MetricScale::fitting(key.color, &accel.report.stats, of_cells.iter().flatten().copied());
+        let of_cells: Vec<_> = icicle.cells.iter().map(|cell| value(&values, table, key.color, cell.node)).collect();
+        let scale = MetricScale::fitting(key.color, &table.stats(), of_cells.iter().flatten().copied());
         let positions = of_cells.iter().map(|value| value.map(|value| scale.position(value))).collect();
         let layout = Arc::new(IcicleLayout { icicle, positions, scale });
         self.layout = Some((key, Arc::clone(&layout)));
         Some(layout)
+    }
+}
+
+/// A number of a node of `table`: its depth is that in the layout of which this is the table.
+pub(super) fn value(values: &NodeValues<'_>, table: &NodeTable, metric: &Metric, node: u32) -> Option<f32> {
+    match table.kept() {
+        Some(_) => values.at_depth(metric, node, table.depth(node)),
+        None => values.get(metric, node),
     }
 }

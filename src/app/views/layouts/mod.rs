@@ -17,7 +17,7 @@ use crate::app::widgets::table::{self, Column, Table, TableRow};
 use crate::app::widgets::{DropDown, Tip as _, chip, empty_view};
 use crate::catalog::numbers::Direction;
 use crate::lab::LabError;
-use crate::lab::layouts::{LaidOut, LayoutPlan, layouts, mark_front};
+use crate::lab::layouts::{LaidOut, LayoutChoice, LayoutPlan, NamedLayout, layouts, mark_front};
 use crate::lab::plot::{Figure, layout_chart};
 use crate::lab::population::ViewRays;
 use crate::lab::report_table::{ReportTable, layout_costs};
@@ -121,6 +121,9 @@ impl View for LayoutsView {
         let known = inputs.as_ref().and_then(|inputs| self.measured.get(&shown.accel, inputs)).cloned();
         ui.horizontal(|ui| {
             parts::rays(ui, state, &shown);
+            if let Some(Ok(rows)) = known.as_deref() {
+                on_show(ui, state, rows);
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| outputs(ui, state, &shown, known.as_deref()));
         });
         ui.horizontal(|ui| self.choices(ui));
@@ -201,13 +204,28 @@ fn chips<T: Copy + PartialEq>(ui: &mut Ui, label: &str, tip: &str, all: &[(T, &s
     ui.add_space(6.0);
 }
 
+/// The list of what containers, depths and icicle show: the binary tree or one of the layouts.
+fn on_show(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
+    let mut names: Vec<(Option<LayoutChoice>, String)> = vec![(None, "Binary tree".to_owned())];
+    names.extend(rows.iter().map(|row| (Some(row.layout.choice), row.layout.name())));
+    if let Some(chosen) = state.model.layout.chosen.filter(|&chosen| names.iter().all(|(of, _)| *of != Some(chosen))) {
+        names.push((Some(chosen), NamedLayout::from(chosen).name()));
+    }
+    let tip = "The tree that depths, containers and Icicle are of: the binary one, or the wide one of a layout. Inner boxes vanish in it";
+    let choices: Vec<_> = names.iter().map(|(choice, name)| (*choice, name.as_str(), tip)).collect();
+    DropDown::new("Layout on show", &choices).beside(ui, "Show", tip, &mut state.model.layout.chosen);
+    if let Some(reason) = state.model.layout_fault() {
+        ui.weak(format::capital(reason));
+    }
+}
+
 /// The table on the left, and the plot beside it.
 fn body(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
     let [left, right] = parts::beside(ui, TABLE, GAP);
     ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
         ScrollArea::both().id_salt("layouts").auto_shrink(false).show(ui, |ui| costs(ui, state, rows));
     });
-    ui.scope_builder(UiBuilder::new().max_rect(right), |ui| plot::show(ui, rows));
+    ui.scope_builder(UiBuilder::new().max_rect(right), |ui| plot::show(ui, state, rows));
     ui.advance_cursor_after_rect(left.union(right));
 }
 
@@ -226,12 +244,21 @@ fn costs(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
             .rows
             .iter()
             .zip(rows)
-            .map(|(cells, row)| TableRow { cells, is_remark: false, is_shown: row.layout.is_own(), preliminary: None })
+            .map(|(cells, row)| TableRow {
+                cells,
+                is_remark: false,
+                is_shown: state.model.layout.chosen.map_or(row.layout.is_own(), |chosen| row.layout.choice == chosen),
+                preliminary: None,
+            })
             .collect(),
-        opens: None,
+        opens: Some("shows its nodes in the picture and in Icicle"),
     };
-    if let Some(row) = table::show(ui, &shown).copied {
+    let response = table::show(ui, &shown);
+    if let Some(row) = response.copied {
         state.copy(report.rows[row].join("\t"), "Row copied");
+    }
+    if let Some(row) = response.opened {
+        state.model.layout.toggle(rows[row].layout.choice);
     }
     for note in &report.notes {
         ui.add(egui::Label::new(egui::RichText::new(note).weak()).wrap());

@@ -1,4 +1,4 @@
-//! The view "Merges": the construction of the tree merge by merge, and why each merge was made.
+//! The view "Merges": the construction of the tree merge by merge or split by split, and why each was made.
 
 mod plot;
 mod studies;
@@ -6,6 +6,7 @@ mod toolbar;
 
 mod price;
 mod reduction;
+mod split;
 mod why;
 
 use std::sync::Arc;
@@ -47,7 +48,7 @@ impl ViewState for MergesView {
 
 impl View for MergesView {
     const PURPOSE: &'static str =
-        "How the tree was built, merge by merge: scrub, play, and see why two clusters were merged";
+        "How the tree was built, merge by merge or split by split: scrub, play, and see why two clusters were merged";
     const KEY: Key = Key::F6;
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
@@ -58,11 +59,11 @@ impl View for MergesView {
             return;
         };
         match known.as_ref() {
-            Err(reason) => empty_view(ui, &format!("The merges of this tree cannot be shown: {reason}")),
+            Err(reason) => empty_view(ui, &format!("The construction of this tree cannot be shown: {reason}")),
             Ok(study) if study.merges.timeline.steps() == 0 => {
                 empty_view(
                     ui,
-                    "This tree is a single leaf: nothing was merged. Another builder, or more triangles, make a tree",
+                    "This tree is a single leaf: nothing was merged or split. Another builder, or more triangles, make a tree",
                 );
             }
             Ok(study) => view(ui, state, &shown, study),
@@ -96,13 +97,13 @@ fn waiting(ui: &mut Ui, state: &mut AppState, shown: &Presented) {
     let study = &mut state.model.cut.study;
     let cancelled = MergeOrder::ALL.iter().any(|order| study.is_cancelled(&shown.accel, order));
     if !cancelled {
-        empty_view(ui, "Building the tree once more to record its merges …");
+        empty_view(ui, "Building the tree once more to record its construction …");
         return;
     }
     ui.vertical_centered(|ui| {
         ui.add_space((ui.available_height() * 0.5 - 32.0).max(0.0));
-        ui.label(RichText::new("Recording the merges was cancelled").color(theme::palette(ui).dim));
-        if ui.add(Button::new("Record the merges")).clicked() {
+        ui.label(RichText::new("Recording the construction was cancelled").color(theme::palette(ui).dim));
+        if ui.add(Button::new("Record the construction")).clicked() {
             study.resume();
         }
     });
@@ -134,8 +135,12 @@ fn pages(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStud
         let choices = [
             (
                 MergePage::Why,
-                "Why these two?",
-                "The list that this merge chose from, with the distances that were compared",
+                if study.merges.are_splits() { "This split" } else { "Why these two?" },
+                if study.merges.are_splits() {
+                    "Sides of this split: triangles, areas, and what the surface area heuristic makes of them"
+                } else {
+                    "The list that this merge chose from, with the distances that were compared"
+                },
             ),
             (
                 MergePage::Reduction,
@@ -152,22 +157,24 @@ fn pages(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStud
     });
     let page = *page;
     ScrollArea::vertical().id_salt("merges page").auto_shrink(false).show(ui, |ui| match page {
-        MergePage::Why => why::show(ui, state, shown, study),
+        MergePage::Why => match study.merges.history.splits() {
+            Some(splits) => split::show(ui, state, shown, study, splits),
+            None => why::show(ui, state, shown, study),
+        },
         MergePage::Reduction => reduction::show(ui, state, study),
         MergePage::Price => price::show(ui, state, shown),
     });
 }
 
-/// Shows the merge that made a node when it is selected, wherever that was done.
+/// Shows the merge that made a node, or its split, when it is selected, wherever that was done.
 fn follow_selection(state: &mut AppState, study: &MergeStudy) {
     let selected = state.selection.nodes.selected;
     let changed = std::mem::replace(&mut state.model.cut.followed, selected) != selected;
     // Nodes of a tree before its passes are others.
     if let Some(node) = selected.filter(|_| changed && study.table.is_none()) {
-        let made = study.merges.timeline.merged();
-        let exists = (node as usize) < 2 * made.len() + 1;
-        let step = if exists { study.merges.timeline.lifetime(node).start } else { 0 };
-        if step > 0 {
+        let timeline = &study.merges.timeline;
+        let exists = node <= 2 * timeline.steps();
+        if let Some(step) = timeline.step_of(node).filter(|_| exists) {
             state.model.cut.playing = None;
             state.model.cut.set_step(&study.merges, step);
         }

@@ -13,6 +13,7 @@ use crate::app::state::AppState;
 use crate::app::state::picture_cut::{MergeStudy, PictureCut};
 use crate::app::{format, theme};
 use crate::lab::merges::{Density, Merges};
+use bvhscope_engine::settings::BuilderKind;
 
 /// Room for labels: to the left, above, below in points.
 const MARGINS: [f32; 3] = [48.0, 26.0, 16.0];
@@ -46,7 +47,7 @@ impl StepPlot {
     }
 
     fn shows(&self, step: u32) -> bool {
-        step as f32 + 0.5 >= self.first
+        (self.first - 0.5..self.first + self.count).contains(&(step as f32))
     }
 }
 
@@ -70,7 +71,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
     let palette = theme::palette(ui);
     let painter = ui.painter_at(rect);
     painter.rect_filled(plot, CornerRadius::same(2), ui.visuals().extreme_bg_color);
-    labels(&painter, &axes, rect, steps, palette.dim, palette.line);
+    labels(&painter, &axes, rect, merges, (palette.dim, palette.line));
     if plot.width() / axes.count >= DOT_STEP {
         for step in first..first + count {
             let place = pos2(axes.x(step), axes.y(merges.log_areas[step as usize - 1]));
@@ -93,9 +94,9 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy, size: 
         Some(step) if axes.shows(step) => cursor(&painter, &axes, merges, step, palette.warm),
         Some(_) => {}
         None => {
-            let text = "Drag here to go through the merges, or press Play";
+            let text = format!("Drag here to go through the {}s, or press Play", merges.noun());
             let font = FontId::proportional(theme::VALUE_SIZE);
-            let galley = painter.layout_no_wrap(text.to_owned(), font, palette.text);
+            let galley = painter.layout_no_wrap(text, font, palette.text);
             let place = Rect::from_center_size(plot.center(), galley.size() + vec2(16.0, 8.0));
             painter.rect_filled(place, CornerRadius::same(4), palette.veil);
             painter.galley(place.min + vec2(8.0, 4.0), galley, palette.text);
@@ -180,7 +181,7 @@ fn cursor(painter: &egui::Painter, axes: &StepPlot, merges: &Merges, step: u32, 
 }
 
 /// Labels of both axes.
-fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, color: Color32, line: Color32) {
+fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, merges: &Merges, (color, line): (Color32, Color32)) {
     let font = FontId::proportional(theme::HEADING_SIZE);
     let text = |place, align, text: String| painter.text(place, align, text, font.clone(), color);
     let mut free = f32::INFINITY;
@@ -203,13 +204,15 @@ fn labels(painter: &egui::Painter, axes: &StepPlot, rect: Rect, steps: u32, colo
         };
         text(pos2(axes.plot.left() - 4.0, y.max(rect.top() + 6.0)), Align2::RIGHT_CENTER, label);
     }
-    text(rect.min, Align2::LEFT_TOP, "Area of the cluster made, in % of the root's".to_owned());
+    let what = if merges.are_splits() { "node split" } else { "cluster made" };
+    text(rect.min, Align2::LEFT_TOP, format!("Area of the {what}, in % of the root's"));
     let bottom = rect.bottom();
     let first = axes.first as u32;
     let first = if first <= 1 { 0 } else { first };
     text(pos2(axes.plot.left(), bottom), Align2::LEFT_BOTTOM, format::count(u64::from(first)));
-    text(pos2(axes.plot.center().x, bottom), Align2::CENTER_BOTTOM, "merge number".to_owned());
-    text(pos2(axes.plot.right(), bottom), Align2::RIGHT_BOTTOM, format::count(u64::from(steps)));
+    text(pos2(axes.plot.center().x, bottom), Align2::CENTER_BOTTOM, format!("{} number", merges.noun()));
+    let last = (axes.first + axes.count - 1.0) as u64;
+    text(pos2(axes.plot.right(), bottom), Align2::RIGHT_BOTTOM, format::count(last));
 }
 
 /// Facts about the step under the pointer.
@@ -224,16 +227,20 @@ fn tip(merges: &Merges, axes: &StepPlot, stops: &[(f32, usize)], pointer: egui::
         && let Some(&(_, at)) = stops.iter().find(|(x, _)| (x - pointer.x).abs() <= REACH)
     {
         let stop = merges.stops[at];
+        let is_reduced =
+            merges.history.construction().is_some_and(|construction| construction.builder == BuilderKind::Aac);
         lines.push(format!(
-            "A range of {} at level {} stops merging: {} left, f(x)",
+            "A range of {} at level {} stops merging: {} left{}",
             format::counted(u64::from(stop.primitives), "primitive"),
             stop.level,
-            format::counted(u64::from(stop.left), "cluster")
+            format::counted(u64::from(stop.left), "cluster"),
+            if is_reduced { ", f(x)" } else { "" }
         ));
     }
     if let Some(share) = merges.area_share(step) {
         lines.push(format!(
-            "Merge {}: area {} of the root's",
+            "{} {}: area {} of the root's",
+            format::capital(merges.noun()),
             format::count(u64::from(step)),
             format::percent(f64::from(share))
         ));
@@ -256,7 +263,7 @@ pub(super) struct DensityImage {
     pub(super) texture: TextureHandle,
 }
 
-/// The density of the last `window` merges of `study`, each cell the stronger the more merges are in it.
+/// The density of the last `window` merges or the first splits of `study`, each cell the stronger the more merges are in it.
 pub(super) fn density_image(ui: &Ui, study: &MergeStudy, window: u32) -> Arc<DensityImage> {
     let id = Id::unique("density of merges");
     let color = theme::palette(ui).accent;
@@ -267,10 +274,10 @@ pub(super) fn density_image(ui: &Ui, study: &MergeStudy, window: u32) -> Arc<Den
     if let Some(known) = known.filter(is_wanted) {
         return known;
     }
-    let all = study.merges.log_areas.len();
-    let first = all.saturating_sub(window as usize);
+    let areas = &study.merges.log_areas;
+    let steps = study.merges.window(window);
     let density =
-        if first == 0 { Arc::clone(whole) } else { Arc::new(Density::new(&study.merges.log_areas, first, SIZE)) };
+        if steps.len() == areas.len() { Arc::clone(whole) } else { Arc::new(Density::new(areas, steps, SIZE)) };
     let largest = (1.0 + density.largest() as f32).ln();
     let pixel = |&count: &u32| {
         // Logarithmic, since most merges are alike and the few large ones matter.

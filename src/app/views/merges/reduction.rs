@@ -51,11 +51,11 @@ impl LogPlot {
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, study: &MergeStudy) {
     let palette = theme::palette(ui);
     let history = &study.merges.history;
-    if state.wanted.build.builder != BuilderKind::Aac || history.construction.is_none() {
+    if state.wanted.build.builder != BuilderKind::Aac || history.construction().is_none() {
         let text = if state.wanted.build.builder == BuilderKind::Swift {
             "AAC of leaf blocks reduces its lists by f(x), too, but its merges are not recorded: choose AAC to see them"
         } else {
-            "Only AAC reduces its lists by f(x); exact clustering merges one list of all primitives, other builders merge none"
+            "Only AAC reduces its lists by f(x): exact clustering merges one list of all primitives, PLOC merges in rounds, H-PLOC down to 16 clusters of a list, and builders from the top merge none"
         };
         ui.add(Label::new(RichText::new(text).color(palette.dim)).wrap());
         return;

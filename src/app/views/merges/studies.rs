@@ -6,7 +6,7 @@ use super::MergesView;
 use crate::accel::{Accel, is_same};
 use crate::app::state::picture_cut::{ChoiceOf, CutNodes, MergePage, MergeStudy};
 use crate::app::studies::{Studies, StudyPlan};
-use crate::lab::merges::{History, Merges, TreeOfRecord, merges_clusters};
+use crate::lab::merges::{History, Merges, TreeOfRecord, is_recorded};
 use crate::overlay::NodeTable;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
@@ -27,7 +27,7 @@ fn add_merges(studies: &mut Studies) -> std::io::Result<()> {
     let last = LastHistory::default();
     let plan = StudyPlan::new(
         "merges",
-        "Recording merges",
+        "Recording the construction",
         |state| &mut state.model.cut.study,
         |state, _| state.inputs_of(|_: &MergesView, model, accel| Some(order_of(accel, model.cut.order))),
     );
@@ -42,7 +42,7 @@ fn add_choice(studies: &mut Studies) -> std::io::Result<()> {
         |state, _| state.inputs_of(|_: &MergesView, model, accel| model.cut.wanted_choice(accel)),
     );
     studies.add(plan, |_, of: &ChoiceOf, token| {
-        of.history.construction.as_ref().map_or(Ok(None), |construction| construction.choice(of.merge, token))
+        of.history.construction().map_or(Ok(None), |construction| construction.choice(of.merge, token))
     })
 }
 
@@ -75,9 +75,9 @@ fn add_price(studies: &mut Studies) -> std::io::Result<()> {
     })
 }
 
-/// The order in which the merges of a tree are shown: by distance where its builder merges nothing.
+/// The order in which the merges or splits of a tree are shown: by distance where nothing is recorded of them.
 fn order_of(accel: &Accel, wanted: MergeOrder) -> MergeOrder {
-    if merges_clusters(accel) { wanted } else { MergeOrder::Distance }
+    if is_recorded(accel) { wanted } else { MergeOrder::Distance }
 }
 
 /// The merges of a tree. Its construction is recorded once for all orders.

@@ -6,10 +6,11 @@ use crate::app::state::picture_cut::{CutKind, MergeStudy, PictureCut};
 use crate::app::state::{AppState, Presented};
 use crate::app::widgets::{DropDown, Icon, Tip as _, chip, icon_button};
 use crate::app::{format, theme};
-use crate::lab::merges::merges_clusters;
+use crate::lab::merges::is_recorded;
 use bvhscope_engine::construction::MergeOrder;
+use bvhscope_engine::settings::BuilderKind;
 
-/// Numbers of merges at the end that the plot can be limited to.
+/// Numbers of merges at the end, or of splits at the beginning, that the plot can be limited to.
 const WINDOWS: [u32; 4] = [100_000, 10_000, 1_000, 100];
 
 /// Shows the controls.
@@ -18,13 +19,13 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
     let merges = &mut state.model.cut;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        if merges_clusters(&shown.accel) {
-            orders(ui, merges);
+        if is_recorded(&shown.accel) {
+            orders(ui, merges, study.merges.are_splits());
             ui.add_space(8.0);
         }
         transport(ui, merges, study);
         ui.add_space(4.0);
-        speed(ui, merges);
+        speed(ui, merges, study);
         ui.add_space(8.0);
         left(ui, merges, study);
         ui.add_space(8.0);
@@ -48,20 +49,30 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: 
 }
 
 /// The orders of the merges.
-fn orders(ui: &mut Ui, merges: &mut PictureCut) {
+fn orders(ui: &mut Ui, merges: &mut PictureCut, are_splits: bool) {
     for order in MergeOrder::ALL {
-        let tip = match order {
-            MergeOrder::Built => {
-                "As a build by one thread merges: the left side of each range, the right side, then both"
+        let (label, tip) = match (order, are_splits) {
+            (MergeOrder::Built, false) => (
+                order.label(),
+                "As a build by one thread merges: the left side of each range, the right side, then both; of PLOC round by round",
+            ),
+            (MergeOrder::Distance, false) => (
+                order.label(),
+                "By the area of what is made, smallest first, as exact clustering would: read backwards, the last active clusters",
+            ),
+            (MergeOrder::Level, false) => (
+                order.label(),
+                "By level of the recursion, deepest first: all small ranges, then the ranges made of two of them",
+            ),
+            (MergeOrder::Built, true) => {
+                (order.label(), "As a build by one thread splits: a node, all of its left side, then its right side")
             }
-            MergeOrder::Distance => {
-                "By the area of what is made, smallest first, as exact clustering would: read backwards, the last active clusters"
-            }
-            MergeOrder::Level => {
-                "By level of the recursion, deepest first: all small ranges, then the ranges made of two of them"
+            (MergeOrder::Distance, true) => ("Largest first", "By the area of the node that is split, largest first"),
+            (MergeOrder::Level, true) => {
+                ("By depth", "By the depth of the node that is split: the root, its children, and so on")
             }
         };
-        if chip(ui, order.label(), merges.order == order, tip) && merges.order != order {
+        if chip(ui, label, merges.order == order, tip) && merges.order != order {
             (merges.order, merges.playing) = (order, None);
         }
     }
@@ -82,7 +93,9 @@ fn transport(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     {
         merges.go(study, frame.step);
     }
-    if icon(ui, Icon::Step(false), "Step back", "Undo one merge (Left arrow, with the plot focused)").clicked() {
+    let noun = study.noun();
+    let back = format!("Undo one {noun} (Left arrow, with the plot focused)");
+    if icon(ui, Icon::Step(false), "Step back", &back).clicked() {
         merges.go(study, step.unwrap_or(last).saturating_sub(1));
     }
     let playing = merges.playing.is_some();
@@ -90,7 +103,8 @@ fn transport(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     if icon(ui, play, name, "Play the construction, or pause (Space, with the plot focused)").clicked() {
         merges.toggle_play(study);
     }
-    if icon(ui, Icon::Step(true), "Step forward", "Do one merge (Right arrow, with the plot focused)").clicked() {
+    let forward = format!("Do one {noun} (Right arrow, with the plot focused)");
+    if icon(ui, Icon::Step(true), "Step forward", &forward).clicked() {
         merges.go(study, step.map_or(1, |step| step.saturating_add(1)));
     }
     if icon(ui, Icon::Jump(true), "Next key frame", &key_tip(true, "Ctrl+Right, with the plot focused")).clicked()
@@ -106,15 +120,23 @@ fn icon(ui: &mut Ui, icon: Icon, name: &str, tip: &str) -> Response {
 }
 
 /// Speed of playing.
-fn speed(ui: &mut Ui, merges: &mut PictureCut) {
+fn speed(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     ui.spacing_mut().slider_width = 72.0;
     let slider = Slider::new(&mut merges.speed, PictureCut::SPEEDS[0]..=PictureCut::SPEEDS[1])
         .logarithmic(true)
         .show_value(false);
     let speed = ui.add(slider);
     let current = merges.speed;
-    speed.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, "Merges a second"));
-    speed.tip("Speed of playing; slow for the end, where few large merges happen, fast for the beginning");
+    let (name, tip) = if study.merges.are_splits() {
+        (
+            "Splits a second",
+            "Speed of playing; slow for the beginning, where few large nodes are split, fast for the end",
+        )
+    } else {
+        ("Merges a second", "Speed of playing; slow for the end, where few large merges happen, fast for the beginning")
+    };
+    speed.widget_info(|| WidgetInfo::slider(ui.is_enabled(), current, name));
+    speed.tip(tip);
     let text = format!("{}/s", format::count(merges.speed.round() as u64));
     let (rect, _) = ui.allocate_exact_size(vec2(56.0, theme::ROW_HEIGHT), Sense::hover());
     let font = egui::TextStyle::Body.resolve(ui.style());
@@ -123,12 +145,18 @@ fn speed(ui: &mut Ui, merges: &mut PictureCut) {
 
 /// Number of clusters that are left, which chooses the step too.
 fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
-    let tip = "Number of active clusters at this step. Ordered by distance, they are a cut through the tree";
+    let are_splits = study.merges.are_splits();
+    let [tip, suffix] = if are_splits {
+        ["Number of nodes after this split, which are a cut through the tree", " nodes"]
+    } else {
+        ["Number of active clusters at this step. Ordered by distance, they are a cut through the tree", " clusters"]
+    };
     let most = study.merges.timeline.steps() + 1;
     ui.label(RichText::new("Active").color(theme::palette(ui).dim)).tip(tip);
-    let mut left = merges.left.unwrap_or(most).clamp(1, most);
+    let first = study.merges.timeline.standing(0);
+    let mut left = merges.left.unwrap_or(first).clamp(1, most);
     let speed = (f64::from(left) * 0.01).max(0.1);
-    let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(" clusters");
+    let field = DragValue::new(&mut left).range(1..=most).speed(speed).suffix(suffix);
     let field = field.custom_formatter(|number, _| format::count(number as u64));
     let field = field.custom_parser(|text| text.replace(',', "").trim().parse().ok());
     let response = ui.add(field);
@@ -138,7 +166,7 @@ fn left(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
         info
     });
     if response.changed() {
-        merges.go(&study.merges, most - left);
+        merges.go(&study.merges, study.merges.timeline.step_with(left));
     }
     response.tip(tip);
 }
@@ -184,16 +212,18 @@ fn drawn(ui: &mut Ui, merges: &mut PictureCut) {
     }
 }
 
-/// How many of the last merges the plot shows.
+/// How many of the last merges, or of the first splits, the plot shows.
 fn window(ui: &mut Ui, merges: &mut PictureCut, study: &MergeStudy) {
     let all = study.merges.timeline.steps();
-    let mut choices = vec![(None, "all merges".to_owned())];
-    choices.extend(WINDOWS.into_iter().filter(|&last| last < all).map(|last| {
-        let text = format!("last {}", format::count(u64::from(last)));
-        (Some(last), text)
+    let (noun, part) = if study.merges.are_splits() { ("splits", "first") } else { ("merges", "last") };
+    let mut choices = vec![(None, format!("all {noun}"))];
+    choices.extend(WINDOWS.into_iter().filter(|&count| count < all).map(|count| {
+        let text = format!("{part} {}", format::count(u64::from(count)));
+        (Some(count), text)
     }));
     if choices.len() > 1 {
-        choice(ui, "Plot", "Merges that the plot shows", 88.0, &mut merges.window, &choices);
+        let tip = format!("{} that the plot shows", format::capital(noun));
+        choice(ui, "Plot", &tip, 88.0, &mut merges.window, &choices);
     }
 }
 
@@ -217,12 +247,11 @@ pub(super) const HEIGHT: f32 = theme::ROW_HEIGHT;
 pub(super) fn status(ui: &mut Ui, state: &AppState, study: &MergeStudy) {
     let text = RichText::new(present(state, study)).color(theme::palette(ui).text);
     ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
-        ui.add(Label::new(text).truncate())
-            .tip("The merge at the cursor: its number, what it makes, and the call of the recursion that did it");
+        ui.add(Label::new(text).truncate()).tip("The step at the cursor: its number, and what it makes or splits");
     });
 }
 
-/// The present merge: "Merge 1,234 of 69,450 · level 5 · 9 in its list · area 0.12 % · 68,217 left".
+/// The present step: "Merge 1,234 of 69,450 · level 5 · 9 in its list · area 0.12 % · 68,217 left".
 fn present(state: &AppState, study: &MergeStudy) -> String {
     let merges = &study.merges;
     let steps = format::count(u64::from(merges.timeline.steps()));
@@ -231,16 +260,24 @@ fn present(state: &AppState, study: &MergeStudy) -> String {
             state.layout.graphics.standing.as_ref().map_or_else(|| "…".to_owned(), |cut| format::count(cut.all as u64));
         return format!("Cut through the tree: {all} clusters");
     }
-    let Some(step) = state.model.cut.step(merges) else { return format!("{steps} merges; no step chosen") };
+    let noun = merges.noun();
+    let Some(step) = state.model.cut.step(merges) else { return format!("{steps} {noun}s; no step chosen") };
     let left = format::count(u64::from(merges.timeline.standing(step)));
     let Some(node) = merges.made_at(step) else {
-        return format!("Nothing merged yet of {steps} merges · all {left} clusters stand");
+        return if merges.are_splits() {
+            format!("Nothing split yet of {steps} splits · the root holds all")
+        } else {
+            format!("Nothing merged yet of {steps} merges · all {left} clusters stand")
+        };
     };
-    let mut parts = vec![format!("Merge {} of {steps}", format::count(u64::from(step)))];
-    if let Some(construction) = &merges.history.construction {
+    let mut parts = vec![format!("{} {} of {steps}", format::capital(noun), format::count(u64::from(step)))];
+    if let Some(construction) = merges.history.construction() {
         let record = &construction.record;
         if let Some(level) = record.level_of(node) {
-            parts.push(format!("level {level}"));
+            parts.push(match construction.builder {
+                BuilderKind::Ploc => format!("round {}", record.steps().len() as u32 - level),
+                _ => format!("level {level}"),
+            });
         }
         if let Some(length) = merges.merge_number(step).and_then(|merge| record.list_length(merge)) {
             parts.push(format!("{} in its list", format::count(u64::from(length))));
@@ -249,6 +286,14 @@ fn present(state: &AppState, study: &MergeStudy) -> String {
     if let Some(share) = merges.area_share(step) {
         parts.push(format!("area {}", format::percent(f64::from(share))));
     }
-    parts.push(format!("{left} left"));
+    if let Some(splits) = merges.history.splits() {
+        if splits.duplicates(node) > 0 {
+            let shared = format::counted(u64::from(splits.duplicates(node)), "triangle");
+            parts.push(format!("spatial, {shared} on both sides"));
+        }
+        parts.push(format!("{left} nodes"));
+    } else {
+        parts.push(format!("{left} left"));
+    }
     parts.join(" · ")
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use bvhscope_engine::construction::{ClusterPair, MergeChoice, merge_area};
+use bvhscope_engine::settings::BuilderKind;
 use bvhscope_engine::tree::ContainerKind;
 use egui::{
     self, Color32, CornerRadius, Label, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
@@ -28,10 +29,26 @@ const LEGEND_GAP: f32 = 2.0;
 /// Shows why the present merge was made, or the last that was explained.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, shown: &Presented, study: &MergeStudy) {
     let merges = &state.model.cut;
-    if study.merges.history.construction.is_none() {
+    let history = &study.merges.history;
+    let Some(construction) = history.construction() else {
         note(
             ui,
             "No merges of this builder are recorded. Choose AAC as the builder to see how clusters are chosen; cuts by area and by triangles work with every tree",
+        );
+        return;
+    };
+    if !construction.chooses_closest() {
+        let lists = if construction.builder == BuilderKind::Ploc {
+            "all clusters along the curve"
+        } else {
+            "the up to 32 clusters of a range of the curve"
+        };
+        note(
+            ui,
+            &format!(
+                "{} merges in rounds: of {lists}, all pairs merge at once that are each other's nearest among the 8 on either side. So no merge is chosen before the others of its round; AAC chooses one pair at a time",
+                construction.builder.label()
+            ),
         );
         return;
     }
@@ -174,7 +191,7 @@ fn at(rect: Rect, cell: f32, row: usize, column: usize) -> Rect {
 }
 
 fn container_kind(study: &MergeStudy) -> ContainerKind {
-    let construction = study.merges.history.construction.as_ref();
+    let construction = study.merges.history.construction();
     construction.map_or(ContainerKind::Aabb, |construction| construction.tree.container_kind())
 }
 
