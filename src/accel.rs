@@ -300,6 +300,12 @@ impl Accel {
         }
     }
 
+    /// The node that holds a copy: its leaf, or the root of its mesh where that is unfolded; `None` of a flat scene.
+    pub fn node_of_copy(&self, copy: u32) -> Option<u32> {
+        let root = self.levels.as_ref()?.unfolded().and_then(|unfolded| unfolded.root_of(copy));
+        root.or_else(|| self.path_to(copy).last().copied())
+    }
+
     /// Both levels of a scene of copies; `None` for a flat scene.
     pub fn levels(&self) -> Option<&TwoLevels> {
         self.levels.as_ref()

@@ -91,6 +91,11 @@ impl Unfolded {
         &self.copies
     }
 
+    /// The node that the root of a copy's mesh became; `None` where the copy is not unfolded.
+    pub fn root_of(&self, copy: u32) -> Option<u32> {
+        self.below(copy)?.nodes.first().copied()
+    }
+
     /// The nodes that those of the tree over the copies became.
     pub fn above(&self) -> &[u32] {
         &self.above

@@ -173,9 +173,8 @@ pub(super) fn step_copies(state: &mut AppState, step: RankingStep) {
         state.preferences.dock.show(CopiesView::NAME);
         return;
     }
-    let picked = state.selection.picked.as_ref().map(|picked| picked.primitive);
-    if let Some(copy) = view.neighbour(accel, picked, places(step)) {
-        picking::pick(state, Some(copy));
+    if let Some(copy) = view.neighbour(accel, picking::picked_copy(state), places(step)) {
+        picking::pick_copy(state, copy);
         camera::frame_selection(state);
     }
 }

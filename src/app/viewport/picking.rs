@@ -38,6 +38,25 @@ pub fn pick(state: &mut AppState, primitive: Option<u32>) {
     state.selection.picked = (!path.is_empty()).then_some(PickedTriangle { primitive, path });
 }
 
+/// Selects a copy with the node that holds it.
+pub fn pick_copy(state: &mut AppState, copy: u32) {
+    let Some(accel) = state.model.presented.as_ref().map(|shown| Arc::clone(&shown.accel)) else { return };
+    if accel.scene.unfolded.ranges.contains(copy) {
+        state.selection.clear();
+        state.selection.nodes.selected = accel.node_of_copy(copy);
+    } else {
+        pick(state, Some(copy));
+    }
+}
+
+/// The copy that is selected, or in whose mesh the selected node is.
+pub fn picked_copy(state: &AppState) -> Option<u32> {
+    let accel = &state.model.presented.as_ref()?.accel;
+    let of_node = state.selection.nodes.selected.and_then(|node| accel.node_of_mesh(node)).map(|(copy, _)| copy);
+    let picked = state.selection.picked.as_ref().map(|picked| picked.primitive);
+    of_node.or_else(|| Some(accel.scene.copy_of(picked?)?.0))
+}
+
 /// Selects a triangle and the leaf of the second tree that holds it; `None` clears the selection.
 pub fn pick_in_second(state: &mut AppState, primitive: Option<u32>) {
     pick(state, primitive);

@@ -17,8 +17,8 @@ use crate::text::count;
 pub(super) struct DearCopy {
     /// Its index.
     pub(super) copy: u32,
-    /// The leaf of the tree over the copies that holds it.
-    pub(super) leaf: Option<u32>,
+    /// The node that holds it.
+    pub(super) node: Option<u32>,
     /// Its cost.
     pub(super) row: CostInPart,
 }
@@ -31,14 +31,14 @@ const COLUMNS: [(&str, f32, &str); 4] = [
     ("share", 54.0, "Part of the tests of the scene"),
 ];
 
-/// Shows the list. A row lights up the leaf of its copy, selects the copy by a click and looks at it by a double click.
+/// Shows the list. A row lights up the node of its copy, selects the copy by a click and looks at it by a double click.
 pub(super) fn show(ui: &mut Ui, state: &mut AppState, dearest: &[DearCopy], revealed: &mut Option<u32>) {
     heading(ui);
     if dearest.is_empty() {
         ui.weak("No ray is carried into a copy");
         return;
     }
-    let picked = state.selection.picked.as_ref().map(|picked| picked.primitive);
+    let picked = picking::picked_copy(state);
     let scrolled_to =
         if *revealed == picked { None } else { dearest.iter().position(|dear| Some(dear.copy) == picked) };
     *revealed = picked;
@@ -64,13 +64,13 @@ fn row(ui: &mut Ui, state: &mut AppState, dear: &DearCopy, is_picked: bool) {
         texts.iter().zip(COLUMNS).map(|(text, (_, width, _))| Cell { text: text.as_str(), width }).collect();
     let mesh = dear.row.part.mesh.map_or_else(String::new, |mesh| format!(" of mesh {mesh}"));
     let name = format!("copy {}{mesh}", count(u64::from(dear.copy)));
-    let is_pointed = dear.leaf.is_some() && state.selection.nodes.hovered == dear.leaf;
+    let is_pointed = dear.node.is_some() && state.selection.nodes.hovered == dear.node;
     let response = parts::text_row(ui, (&name, 4.0), &cells, is_picked, is_pointed);
-    if let Some(leaf) = dear.leaf.filter(|_| response.hovered()) {
-        state.selection.point_at(leaf);
+    if let Some(node) = dear.node.filter(|_| response.hovered()) {
+        state.selection.point_at(node);
     }
     if response.clicked() {
-        picking::pick(state, Some(dear.copy));
+        picking::pick_copy(state, dear.copy);
     }
     if response.double_clicked() {
         state.activity.requests.push(Request::Perform(Action::FrameSelection));

@@ -123,7 +123,7 @@ impl View for CopiesView {
             outcome(copy_costs(accel, rays, MOST_COPIES, token, &mut |row| rows.push(row)), || {
                 let dear = |row: &CostInPart| {
                     let copy = row.part.copy?;
-                    Some(DearCopy { copy, leaf: accel.path_to(copy).last().copied(), row: *row })
+                    Some(DearCopy { copy, node: accel.node_of_copy(copy), row: *row })
                 };
                 let dearest = rows.iter().filter_map(dear).collect();
                 MeasuredParts { rows, dearest }
