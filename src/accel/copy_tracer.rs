@@ -17,7 +17,7 @@ pub(super) struct CopyTracer<'a> {
     top: &'a Tree<Aabb>,
     /// The triangles of each mesh.
     triangles: Vec<&'a [Triangle]>,
-    /// What probes are told of, where meshes are unfolded.
+    /// The nodes that probes are told of, where meshes are unfolded.
     unfolded: Option<&'a Unfolded>,
 }
 

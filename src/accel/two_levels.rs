@@ -25,7 +25,7 @@ pub struct TwoLevels {
 #[derive(Debug)]
 pub(super) struct Above {
     pub(super) tree: AnyTree,
-    /// What the nodes of the tree that is shown are.
+    /// The place of each node of the tree that is shown in its level.
     pub(super) unfolded: Unfolded,
 }
 
@@ -80,7 +80,7 @@ impl TwoLevels {
         self.above.as_ref().map_or(shown, |above| &above.tree)
     }
 
-    /// What the nodes of the tree that is shown are, where trees of meshes are unfolded in it.
+    /// The place of each node of the tree that is shown in its level, where trees of meshes are unfolded in it.
     pub fn unfolded(&self) -> Option<&Unfolded> {
         self.above.as_ref().map(|above| &above.unfolded)
     }

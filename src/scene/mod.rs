@@ -23,6 +23,8 @@ mod scene_copies;
 #[allow(clippy::arithmetic_side_effects, reason = "indices of a list, and sums that stop at the largest number")]
 mod unfolded;
 
+mod unfold;
+
 mod file_camera;
 
 mod file_light;

@@ -41,7 +41,8 @@ impl NodeIdentity {
     }
 }
 
-/// What a primitive is to the contents of a node: of the triangles of an unfolded copy, the first stands for the copy in nodes above it.
+/// The part that a primitive is of the contents of a node, if any: of the triangles of an unfolded copy, the first stands for the copy in
+/// nodes above it.
 fn part_of(scene: &Scene, is_below: bool, primitive: u32) -> Option<u32> {
     match scene.copy_of(primitive) {
         Some((copy, triangle)) if !is_below => matches!(triangle, None | Some(0)).then_some(copy),

@@ -71,7 +71,7 @@ impl Presented {
         Some(format!("copy {copy} / node {node}"))
     }
 
-    /// What the leaves below `node` hold, one of it and several.
+    /// The name of what is in the leaves below `node`, of one and of several.
     pub fn primitive_names(&self, node: u32) -> [&'static str; 2] {
         let scene = &self.accel.scene;
         match (scene.copies.is_some(), self.accel.node_of_mesh(node)) {
