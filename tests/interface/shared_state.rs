@@ -12,7 +12,7 @@ use bvhscope::visibility::TriangleSet;
 use bvhscope_engine::construction::Cut;
 use egui::{Event, Key, Modifiers};
 
-use crate::harness::{Window, app, presented, send, settle};
+use crate::harness::{Window, app, app_of_copies, presented, send, settle};
 
 /// The line that the window copies.
 fn line(harness: &mut Window) -> String {
@@ -53,6 +53,24 @@ fn zoom_unfolded_nodes_and_experiment_are_shown_in_the_other_window() {
     assert_eq!(state.views.get::<IcicleView>().top(), 2);
     assert_eq!(state.views.get::<NodesView>().outline.unfolded(&presented(&second).accel), [0, 1, 2].into());
     assert_eq!(shared_state(state), shared_state(&first.state().state), "{line}");
+}
+
+/// Flat, the other window would show the same triangles in a tree with other nodes.
+#[test]
+fn copies_have_the_same_form_and_unfolded_ones_in_the_other_window() {
+    let mut first = app_of_copies();
+    first.state_mut().state.wanted.unfolded = [3, 4, 11].into_iter().collect();
+    settle(&mut first);
+    let node = presented(&first).accel.node_of_copy(11).expect("the root of its mesh");
+    first.state_mut().state.select_node(node);
+    settle(&mut first);
+    let line = line(&mut first);
+    let second = pasted(&line);
+    let (own, other) = (presented(&first).accel.clone(), presented(&second).accel.clone());
+    assert!(other.scene.copies.is_some());
+    assert_eq!((&other.tree, &other.scene.unfolded.ranges), (&own.tree, &own.scene.unfolded.ranges));
+    assert_eq!(second.state().state.selection.nodes.selected, Some(node));
+    assert_eq!(shared_state(&second.state().state), shared_state(&first.state().state), "{line}");
 }
 
 #[test]
