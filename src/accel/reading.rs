@@ -11,6 +11,7 @@ impl Accel {
         let wide = self.known_wide().map(WideReading::of);
         TreeReading {
             triangles: self.scene.built_triangles().len(),
+            primitives: self.scene.primitive_names(),
             container: self.tree.container_kind(),
             report: &self.report,
             build,

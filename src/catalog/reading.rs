@@ -83,6 +83,8 @@ pub fn disturbed(repetitions: &[f64]) -> usize {
 pub struct TreeReading<'a> {
     /// Number of triangles of the model.
     pub triangles: usize,
+    /// The name of what the tree is built of, of one and of several.
+    pub primitives: [&'static str; 2],
     /// Kind of the containers.
     pub container: ContainerKind,
     /// Times, statistics and sizes of the binary tree.

@@ -120,6 +120,7 @@ impl Trial {
         let ready: Option<Vec<f64>> = ready.collect();
         TreeReading {
             triangles: subject.scene.triangles.len(),
+            primitives: subject.scene.primitive_names(),
             container: read.map_or(contender.setup.build.tree_container(), |accel| accel.tree.container_kind()),
             report,
             build,

@@ -263,6 +263,14 @@ impl Scene {
         self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
     }
 
+    /// The name of what trees are built of, of one and of several.
+    pub const fn primitive_names(&self) -> [&'static str; 2] {
+        match self.copies {
+            Some(_) => ["copy", "copies"],
+            None => ["triangle", "triangles"],
+        }
+    }
+
     /// The triangle that a hit names, in the world.
     #[inline]
     pub fn triangle(&self, hit: u32) -> Triangle {

@@ -74,10 +74,10 @@ impl Presented {
     /// The name of what is in the leaves below `node`, of one and of several.
     pub fn primitive_names(&self, node: u32) -> [&'static str; 2] {
         let scene = &self.accel.scene;
-        match (scene.copies.is_some(), self.accel.node_of_mesh(node)) {
-            (false, _) | (true, Some(_)) => ["triangle", "triangles"],
-            (true, None) if scene.unfolded.ranges.is_empty() => ["copy", "copies"],
-            (true, None) => ["copy or triangle", "copies and triangles"],
+        match self.accel.node_of_mesh(node) {
+            Some(_) => ["triangle", "triangles"],
+            None if scene.unfolded.ranges.is_empty() => scene.primitive_names(),
+            None => ["copy or triangle", "copies and triangles"],
         }
     }
 

@@ -173,7 +173,7 @@ pub(super) const ROWS: &[Number] = &[
         info: Some(("leaf size", |tree| {
             let stats = &tree.report.stats;
             let [min, mean, max] = [stats.min_leaf_size as f32, stats.mean_leaf_size, stats.max_leaf_size as f32];
-            Some(format!("{min} to {max} triangles, mean {mean:.2}"))
+            Some(format!("{min} to {max} {}, mean {mean:.2}", tree.primitives[1]))
         })),
         ..ROW
     },

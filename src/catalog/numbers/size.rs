@@ -37,7 +37,8 @@ pub(super) const ROWS: &[Number] = &[
         info: Some(("memory", |tree| {
             let (report, each) = (tree.report, tree.report.bytes_per_triangle());
             let [nodes, triangles] = [report.tree_bytes, report.triangle_bytes].map(megabytes);
-            Some(format!("{nodes} tree, {triangles} triangles, {each:.0} bytes a triangle"))
+            let [one, several] = tree.primitives;
+            Some(format!("{nodes} tree, {triangles} {several}, {each:.0} bytes a {one}"))
         })),
         column: Some(("memory", "B/tri")),
         ..ROW
@@ -71,7 +72,8 @@ pub(super) const ROWS: &[Number] = &[
             let ready =
                 tree.ready_ms.map_or_else(String::new, |ms| format!(", ready to trace after {} ms", number(ms)));
             let made = number(wide.collapse_ms);
-            Some(format!("{nodes} nodes, {triangles} triangles, {each:.0} bytes a triangle, made in {made} ms{ready}"))
+            let [one, several] = tree.primitives;
+            Some(format!("{nodes} nodes, {triangles} {several}, {each:.0} bytes a {one}, made in {made} ms{ready}"))
         })),
         ..ROW
     },

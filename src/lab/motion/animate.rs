@@ -127,6 +127,7 @@ fn measurement(
     };
     let mut values = Values::of(&TreeReading {
         triangles: subject.scene.triangles.len(),
+        primitives: subject.scene.primitive_names(),
         container: setup.build.container,
         report: &report,
         build: None,
