@@ -14,6 +14,7 @@ use super::interior::Interior;
 use super::material::{Material, Texture};
 use super::motion::{Moment, Motion, Pose};
 use super::offset::to_file;
+use super::options::Instancing;
 use super::scene_copies::SceneCopies;
 use super::smooth::{CornerNormals, NoNormals, SmoothNormals};
 use super::source::SceneSource;
@@ -261,6 +262,17 @@ impl Scene {
     /// Number of triangles that rays can hit: of a scene of copies, of all copies.
     pub fn triangle_count(&self) -> u64 {
         self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
+    }
+
+    /// True if its copies have the form that is asked for. Models that move are flat whatever that is.
+    pub fn has_form(&self, form: Instancing) -> bool {
+        !self.repeats_meshes
+            || self.motion.is_some()
+            || match form {
+                Instancing::Auto => true,
+                Instancing::Flat => self.copies.is_none(),
+                Instancing::TwoLevel => self.copies.is_some(),
+            }
     }
 
     /// The name of what trees are built of, of one and of several.

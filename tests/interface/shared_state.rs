@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use bvhscope::app::commands::shared_state;
+use bvhscope::app::commands::{Action, shared_state};
 use bvhscope::app::state::SharedState;
 use bvhscope::app::state::paper::Experiment;
 use bvhscope::app::state::picture_cut::CutKind;
 use bvhscope::app::views::icicle::IcicleView;
 use bvhscope::app::views::nodes::NodesView;
+use bvhscope::scene::Instancing;
 use bvhscope::visibility::TriangleSet;
 use bvhscope_engine::construction::Cut;
 use egui::{Event, Key, Modifiers};
@@ -71,6 +72,14 @@ fn copies_have_the_same_form_and_unfolded_ones_in_the_other_window() {
     assert_eq!((&other.tree, &other.scene.unfolded.ranges), (&own.tree, &own.scene.unfolded.ranges));
     assert_eq!(second.state().state.selection.nodes.selected, Some(node));
     assert_eq!(shared_state(&second.state().state), shared_state(&first.state().state), "{line}");
+    // Over the same model in the other form, too.
+    Action::ShowCopies(Instancing::Flat).perform(&mut first.state_mut().state);
+    settle(&mut first);
+    assert!(presented(&first).accel.scene.copies.is_none());
+    send(&mut first, Event::Paste(line));
+    settle(&mut first);
+    assert_eq!(presented(&first).accel.scene.unfolded.ranges, other.scene.unfolded.ranges);
+    assert_eq!(first.state().state.selection.nodes.selected, Some(node));
 }
 
 #[test]

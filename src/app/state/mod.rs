@@ -343,7 +343,7 @@ impl AppState {
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
     /// traversal; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
-        if self.activity.requests.iter().any(|request| matches!(request, Request::OpenShared { .. })) {
+        if self.opens_shared() {
             // The range is that of the model that is about to be opened.
             return;
         }
@@ -354,12 +354,21 @@ impl AppState {
         }
     }
 
+    /// Whether the model of a shared state is about to be opened: it is wanted from the end of this UI frame on.
+    fn opens_shared(&self) -> bool {
+        self.activity.requests.iter().any(|request| matches!(request, Request::OpenShared { .. }))
+    }
+
     /// Selects and hides what a pasted state does, once its tree is presented; called once a UI frame.
     pub fn follow_shared_nodes(&mut self) {
+        if self.opens_shared() {
+            return;
+        }
         let Some(shown) = &self.model.presented else { return };
         let accel = &shown.accel;
         let is_there = accel.scene.source == self.wanted.source && accel.scene.moment == self.wanted.moment;
-        let is_there = is_there && accel.scene.unfolded.ranges == accel.scene.copies_among(&self.wanted.unfolded);
+        let is_unfolded = accel.scene.unfolded.ranges == accel.scene.copies_among(&self.wanted.unfolded);
+        let is_there = is_there && is_unfolded && accel.scene.has_form(self.model.load_options.instances);
         if !is_there || !self.is_wanted(accel, TreeSide::A) {
             return;
         }

@@ -14,7 +14,6 @@ use crate::app::state::model::Presented;
 use crate::app::state::second_tree::TreeSide;
 use crate::app::state::state_line::SharedState;
 use crate::camera::Camera;
-use crate::scene::Instancing;
 
 /// The built-in lessons, in the order of the menu.
 pub const LESSONS: [&str; 9] = [
@@ -58,13 +57,12 @@ impl Reading {
     /// camera is `camera`.
     pub fn measure(&mut self, shown: &Presented, camera: &Camera) {
         let state = &self.current().state;
-        let is_two_level = shown.accel.scene.copies.is_some();
         let same = shown.accel.file.is_none()
             && shown.accel.settings == state.wanted.build
             && shown.accel.scene.source == state.wanted.source
             && shown.accel.scene.moment == state.wanted.moment
             && shown.accel.scene.unfolded.ranges == shown.accel.scene.copies_among(&state.wanted.unfolded)
-            && (state.copies == Instancing::Auto || is_two_level == (state.copies == Instancing::TwoLevel))
+            && shown.accel.scene.has_form(state.copies)
             && shown.accel.follow == state.wanted.follow_at(TreeSide::A, state.wanted.moment)
             && shown.frame.settings.shading == state.wanted.render.shading
             && shown.frame.camera == *camera
