@@ -264,15 +264,19 @@ impl Scene {
         self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
     }
 
-    /// True if its copies have the form that is asked for. Models that move are flat whatever that is.
-    pub fn has_form(&self, form: Instancing) -> bool {
-        !self.repeats_meshes
-            || self.motion.is_some()
-            || match form {
-                Instancing::Auto => true,
-                Instancing::Flat => self.copies.is_none(),
-                Instancing::TwoLevel => self.copies.is_some(),
-            }
+    /// The form of its copies; [`Instancing::Auto`] where it has none, or is flat in any case, as models that move are.
+    pub fn form(&self) -> Instancing {
+        match self.copies {
+            Some(_) => Instancing::TwoLevel,
+            None if self.repeats_meshes && self.motion.is_none() => Instancing::Flat,
+            None => Instancing::Auto,
+        }
+    }
+
+    /// True if its copies have the form that is asked for, or can have no other.
+    pub fn has_form(&self, wanted: Instancing) -> bool {
+        let form = self.form();
+        [form, wanted].contains(&Instancing::Auto) || form == wanted
     }
 
     /// The name of what trees are built of, of one and of several.

@@ -10,7 +10,7 @@ use crate::app::format;
 use crate::app::state::{AppState, Presented, Request, Severity, SharedNodes, SharedState, Wanted};
 use crate::catalog::numbers::{Digits, NUMBERS, Number, Section};
 use crate::catalog::settings::used;
-use crate::scene::{Moment, SceneSource};
+use crate::scene::{Instancing, Moment, SceneSource};
 use crate::view::{CameraChoice, NamedView};
 use bvhscope_engine::tree::ContainerKind;
 
@@ -25,7 +25,7 @@ pub fn shared_state(state: &AppState) -> SharedState {
     let tree = state.presented_tree();
     SharedState {
         wanted,
-        copies: state.model.load_options.instances,
+        copies: state.model.presented.as_ref().map_or_else(Instancing::default, |shown| shown.accel.scene.form()),
         show_geometry: state.preferences.show_geometry,
         show_containers: state.preferences.show_containers,
         dock: state.preferences.dock.open.clone(),
@@ -89,7 +89,9 @@ pub fn show_state(state: &mut AppState, shared: SharedState) {
             state.wanted.camera = state.wanted.camera.shifted(shift);
         }
         state.wanted.moment = state.clip().map(|(moment, _)| moment);
-        state.model.load_options.instances = copies;
+        if copies != Instancing::Auto {
+            state.model.load_options.instances = copies;
+        }
     }
     match (is_open, own_view) {
         (true, true) => camera::reset(state, NamedView::Default),

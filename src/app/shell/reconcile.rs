@@ -69,9 +69,9 @@ impl Reconciler {
         self.render.set_full_resolution(always_at_rest);
     }
 
-    /// Sets the form of the copies of the next scene.
-    pub(crate) const fn set_next_form(&mut self, form: Instancing) {
-        self.load.set_next_form(Some(form));
+    /// Sets the form of the copies of the next scene, unless that is the one of the command line.
+    pub(crate) fn set_next_form(&mut self, form: Instancing) {
+        self.load.set_next_form((form != Instancing::Auto).then_some(form));
     }
 
     /// Makes `source` the wanted model; if it already is, it is read again. With `keep_camera` the present camera stays if the

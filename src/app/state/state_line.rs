@@ -28,7 +28,7 @@ const COMMAND: &str = "bvhscope --state ";
 pub struct SharedState {
     /// Model, tree, camera, picture, containers.
     pub wanted: Wanted,
-    /// The form of copies of meshes.
+    /// The form of copies of meshes; where it is automatic, that of the other window.
     #[serde(default)]
     pub copies: Instancing,
     /// The traced picture is shown.
