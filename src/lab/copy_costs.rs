@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::copy_boxes::{BoxRatios, CopyBoxes};
 use super::cost_row::OwnFields;
 use super::measure::LabError;
-use super::population::{Population, ViewRays};
+use super::population::{Population, ViewRays, listed};
 use crate::accel::Accel;
 use crate::catalog::fields::copy_columns;
 use crate::scene::SceneCopies;
@@ -111,13 +111,11 @@ pub fn copy_costs(
     token: &CancelToken,
     row: &mut dyn FnMut(CostInPart),
 ) -> Result<(), LabError> {
-    let Some(copies) = &accel.scene.copies else {
-        return Err(LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()));
-    };
+    let copies = copies_of(accel)?;
     let [of_boxes, of_list, of_rays] = [token.part(0, 3), token.part(1, 3), token.part(2, 3)];
     let boxes = CopyBoxes::new(&accel.scene, copies, &of_boxes)?;
     let parts = Parts { copies, accel, most, of_meshes: boxes.of_meshes(&of_boxes)?, boxes };
-    let lists = rays.iter().map(|rays| rays.listed(accel, &of_list)).collect::<Result<Vec<_>, _>>()?;
+    let lists = listed(rays, accel, &of_list)?;
     for (index, rays) in lists.iter().enumerate() {
         let token = of_rays.part(index, lists.len());
         let count = rays.list.len() as u32;
@@ -127,6 +125,16 @@ pub fn copy_costs(
         }
     }
     Ok(())
+}
+
+/// The copies of the scene of `accel`.
+///
+/// # Errors
+///
+/// [`LabError::Refused`] for a flat scene.
+pub(super) fn copies_of(accel: &Accel) -> Result<&SceneCopies, LabError> {
+    let copies = accel.scene.copies.as_deref();
+    copies.ok_or_else(|| LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()))
 }
 
 /// The parts of a scene that rows are of.

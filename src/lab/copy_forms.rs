@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use super::copy_costs::copies_of;
 use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::measurement::millis;
-use super::population::{ListedRays, Population, ViewRays};
+use super::population::{ListedRays, Population, ViewRays, listed};
 use crate::accel::{Accel, TwoLevels};
 use crate::budget::Budget;
 use crate::catalog::fields::form_columns;
@@ -142,7 +143,7 @@ impl Probe for WideCounts<'_> {
 ///
 /// [`LabError::Refused`] where memory does not suffice and for a scene that is flat already, and once `token` is cancelled.
 pub fn flat_form(accel: &Accel, token: &CancelToken) -> Result<Accel, LabError> {
-    let Some(copies) = &accel.scene.copies else { return Err(is_flat()) };
+    let copies = copies_of(accel)?;
     let count = copies.triangle_count();
     let bytes = count * size_of::<Triangle>() as u64;
     let checked = Budget::of_process().check("the triangles of all copies", bytes);
@@ -150,10 +151,6 @@ pub fn flat_form(accel: &Accel, token: &CancelToken) -> Result<Accel, LabError> 
     let triangles = par_collect(count as usize, token, |number| copies.triangle(number as u32))?;
     let scene = Arc::new(Scene::from_triangles(accel.scene.source.clone(), triangles));
     Ok(Accel::build(&scene, &accel.settings, token)?)
-}
-
-fn is_flat() -> LabError {
-    LabError::Refused("the scene is flat: it has no copies of meshes".to_owned())
 }
 
 /// The cost of the rays of each population in the scene of `accel`, which has two levels, in these forms: as that of `flat`, if it is
@@ -171,9 +168,10 @@ pub fn copy_forms(
     token: &CancelToken,
     row: &mut dyn FnMut(CostInForm),
 ) -> Result<(), LabError> {
-    let Some(levels) = accel.levels() else { return Err(is_flat()) };
+    copies_of(accel)?;
+    let Some(levels) = accel.levels() else { unreachable!("it has copies") };
     let [of_list, of_forms] = [token.part(0, 2), token.part(1, 2)];
-    let lists = rays.iter().map(|rays| rays.listed(accel, &of_list)).collect::<Result<Vec<_>, _>>()?;
+    let lists = listed(rays, accel, &of_list)?;
     let mut first: Vec<Vec<Ended>> = Vec::new();
     let forms = usize::from(flat.is_some()) + open.len();
     let mut measure = |at: usize, form: Form, traced: &Traced<'_>| -> Result<(), LabError> {

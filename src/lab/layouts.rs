@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cost_row::OwnFields;
 use super::measure::LabError;
-use super::population::{ListedRays, Population, ViewRays};
+use super::population::{ListedRays, Population, ViewRays, listed};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::catalog::fields::layout_columns;
@@ -385,7 +385,7 @@ impl<'a> Subject<'a> {
         token: &CancelToken,
     ) -> Result<Self, LabError> {
         let leaf_triangles = binary.leaf_triangles(&accel.scene.triangles, token)?;
-        let rays = rays.iter().map(|rays| rays.listed(accel, token)).collect::<Result<Vec<_>, _>>()?;
+        let rays = listed(rays, accel, token)?;
         let visits = if by_visits { Some(summed_visits(binary, &leaf_triangles, &rays, token)?) } else { None };
         Ok(Self { binary, leaf_triangles, wide, rays, visits })
     }

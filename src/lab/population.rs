@@ -351,11 +351,11 @@ impl RayPlan {
             |population| ViewRays::new(population, self.camera, self.size, &settings).with_file(self.file.clone());
         self.populations.iter().map(of_population).collect()
     }
+}
 
-    /// The rays of each population.
-    pub fn list(&self, accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<ListedRays>, Cancelled> {
-        self.views().iter().map(|view| view.listed(accel, token)).collect()
-    }
+/// The rays of each of `views`.
+pub fn listed(views: &[ViewRays], accel: &Arc<Accel>, token: &CancelToken) -> Result<Vec<ListedRays>, Cancelled> {
+    views.iter().map(|view| view.listed(accel, token)).collect()
 }
 
 /// The rays of one population.
