@@ -16,6 +16,7 @@ mod copies_command;
 mod diff;
 mod documented_counts;
 mod golden;
+mod in_folder;
 #[cfg(unix)]
 mod interrupting;
 mod layouts_command;

@@ -1,7 +1,6 @@
 //! `tree`, and `--tree` of the other commands: trees that are written, read, shown and measured.
 
 use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Arc;
 
 use bvhscope::accel::Accel;
@@ -11,30 +10,9 @@ use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use serde_json::Value;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
+use crate::in_folder::{failure, json, output, run};
+
 const MODEL: &str = "builtin:teapot:3";
-
-fn run(folder: &Path, line: &str) -> Output {
-    Command::new(PROGRAM).args(line.split_whitespace()).current_dir(folder).output().unwrap()
-}
-
-/// Output of a command that succeeds.
-fn output(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(folder: &Path, line: &str) -> Value {
-    serde_json::from_str(&output(folder, line)).unwrap()
-}
-
-/// The exit code of a command, and what it prints to stderr.
-fn failure(folder: &Path, line: &str) -> (Option<i32>, String) {
-    let output = run(folder, line);
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
-}
 
 /// A folder with `MODEL.bvh` in it, the tree of the model with its triangles.
 fn folder() -> tempfile::TempDir {

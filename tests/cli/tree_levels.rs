@@ -1,34 +1,18 @@
 //! Trees in two levels: written by `tree`, opened as a model, taken by `--tree`, compared.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_bvhscope");
+use crate::in_folder::{self, json, output, run};
+
 const MODEL: &str = "builtin:village:30";
 
-fn run(folder: &Path, line: &str) -> Output {
-    Command::new(PROGRAM).args(line.split_whitespace()).current_dir(folder).output().unwrap()
-}
-
-/// Output of a command that succeeds.
-fn output(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{line}: {error}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(folder: &Path, line: &str) -> Value {
-    serde_json::from_str(&output(folder, line)).unwrap()
-}
-
-/// What a command that fails prints.
+/// The text that a command prints to stderr which fails with exit code 1.
 fn failure(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(1), "{line}");
-    String::from_utf8(output.stderr).unwrap()
+    let (code, error) = in_folder::failure(folder, line);
+    assert_eq!(code, Some(1), "{line}");
+    error
 }
 
 /// A folder with the trees of the model, with its triangles in `whole.bvh`, without in `trees.bvh`.

@@ -361,7 +361,7 @@ fn boxes_of(tree: &Tree<OrientedBox>) -> Vec<Aabb> {
     tree.nodes.iter().map(|node| node.container.bounds).collect()
 }
 
-/// Counts what it is told of nodes: visits by node, those of meshes that are not unfolded, and containers that are entered or missed.
+/// Visits by node, visits in meshes that are not unfolded, containers that are entered or missed, and tests of one ray.
 #[derive(Default)]
 struct Told {
     visits: HashMap<u32, u32>,
@@ -494,7 +494,7 @@ fn check_unfolded(scale: f32) {
             let hit = levels.closest_hit(&ray, traversal, &mut told);
             assert_eq!(hit, folded.closest_hit(&ray, traversal, &mut before), "{ray:?}");
             assert_eq!(told.counts, before.counts, "{ray:?}");
-            // The same visits, whoever is told of them.
+            // The same visits, in whichever of the two they are counted.
             let sum = |told: &Told| told.visits.values().sum::<u32>() + told.below;
             assert_eq!(sum(&told), sum(&before), "{ray:?}");
             for (node, visits) in &told.visits {
@@ -506,7 +506,7 @@ fn check_unfolded(scale: f32) {
             assert!(
                 told.below < before.below || before.below == told.below && told.visits.len() == before.visits.len()
             );
-            // The nearest hit is told by the number of its triangle or copy.
+            // The nearest hit has the number of its triangle or copy.
             if let Some(InstanceHit { t, instance, primitive_index, .. }) = hit {
                 let at = some.iter().find(|unfolded| unfolded.copy == instance);
                 let number = at.map_or(instance, |unfolded| unfolded.first + primitive_index);

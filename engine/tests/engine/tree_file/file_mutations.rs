@@ -42,6 +42,25 @@ fn a_file_cut_off_anywhere_is_refused() {
     assert!(survive(&bytes));
 }
 
+/// `whole` with up to three changes: bytes and bits set at random, parts left out, the end cut off.
+pub fn damaged(whole: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    for _ in 0..=random.below(3) {
+        let at = random.below(bytes.len());
+        match random.below(5) {
+            0 => bytes[at] = random.next() as u8,
+            1 => bytes[at] ^= 1 << random.below(8),
+            2 => bytes.truncate(at),
+            3 => drop(bytes.drain(at..(at + 1 + random.below(9)).min(bytes.len()))),
+            _ => bytes[at] = [0, 1, b'9', 0x7F, 0x80, 0xFF][random.below(6)],
+        }
+        if bytes.is_empty() {
+            break;
+        }
+    }
+    bytes
+}
+
 #[test]
 fn changed_bytes_are_refused_or_read() {
     let mut random = Random(71);
@@ -52,20 +71,7 @@ fn changed_bytes_are_refused_or_read() {
     let files = [sample().bytes(), Draft { corners, ..other }.bytes()];
     let (mut read, mut refused) = (0, 0);
     for round in 0..6_000 {
-        let mut bytes = files[round % 2].clone();
-        for _ in 0..=random.below(3) {
-            let at = random.below(bytes.len());
-            match random.below(5) {
-                0 => bytes[at] = random.next() as u8,
-                1 => bytes[at] ^= 1 << random.below(8),
-                2 => bytes.truncate(at),
-                3 => drop(bytes.drain(at..(at + 1 + random.below(9)).min(bytes.len()))),
-                _ => bytes[at] = [0, 1, b'9', 0x7F, 0x80, 0xFF][random.below(6)],
-            }
-            if bytes.is_empty() {
-                break;
-            }
-        }
+        let bytes = damaged(&files[round % 2], &mut random);
         *if survive(&bytes) { &mut read } else { &mut refused } += 1;
     }
     assert!(read > 300 && refused > 3_000, "{read} read, {refused} refused");

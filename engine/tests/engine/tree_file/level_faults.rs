@@ -6,6 +6,7 @@ use bvhscope_engine::tree_file::serde_json::json;
 use bvhscope_engine::tree_file::{KnownScene, TwoLevelFile, TwoLevelModel};
 
 use super::draft::{Draft, NONE, sample, sample_mesh, upright};
+use super::file_mutations::damaged;
 use super::level_draft::{LevelDraft, around, level_sample, moved_by, placement, read_levels};
 use crate::random::Random;
 use crate::trees;
@@ -294,20 +295,7 @@ fn changed_bytes_are_refused_or_read() {
     let (mut random, whole) = (Random(72), level_sample().bytes());
     let (mut read, mut refused) = (0, 0);
     for _ in 0..6_000 {
-        let mut bytes = whole.clone();
-        for _ in 0..=random.below(3) {
-            let at = random.below(bytes.len());
-            match random.below(5) {
-                0 => bytes[at] = random.next() as u8,
-                1 => bytes[at] ^= 1 << random.below(8),
-                2 => bytes.truncate(at),
-                3 => drop(bytes.drain(at..(at + 1 + random.below(9)).min(bytes.len()))),
-                _ => bytes[at] = [0, 1, b'9', 0x7F, 0x80, 0xFF][random.below(6)],
-            }
-            if bytes.is_empty() {
-                break;
-            }
-        }
+        let bytes = damaged(&whole, &mut random);
         *if survive(&bytes) { &mut read } else { &mut refused } += 1;
     }
     assert!(read > 300 && refused > 3_000, "{read} read, {refused} refused");
