@@ -68,7 +68,7 @@ impl<P: Probe> ProbeBelow for Numbered<'_, P> {
     }
 }
 
-/// A probe that is told of the nodes of an unfolded tree.
+/// A probe that gets nodes by their numbers in an unfolded tree.
 struct Numbered<'a, P> {
     probe: &'a mut P,
     /// The numbers of the nodes; `None` where they have their own.

@@ -366,9 +366,7 @@ impl AppState {
         }
         let Some(shown) = &self.model.presented else { return };
         let accel = &shown.accel;
-        let is_there = accel.scene.source == self.wanted.source && accel.scene.moment == self.wanted.moment;
-        let is_unfolded = accel.scene.unfolded.ranges == accel.scene.copies_among(&self.wanted.unfolded);
-        let is_there = is_there && is_unfolded && accel.scene.has_form(self.model.load_options.instances);
+        let is_there = self.wanted.is_of(&accel.scene) && accel.scene.has_form(self.model.load_options.instances);
         if !is_there || !self.is_wanted(accel, TreeSide::A) {
             return;
         }

@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::catalog::settings;
 use crate::overlay::OverlaySettings;
 use crate::render::{HeatKind, RenderSettings, Shading};
-use crate::scene::{CopyRanges, Moment, SceneSource};
+use crate::scene::{CopyRanges, Moment, Scene, SceneSource};
 use crate::section::SectionPlane;
 use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Aabb;
@@ -101,6 +101,13 @@ impl Wanted {
             self.camera = Self::new(self.source.clone()).camera;
         }
         self
+    }
+
+    /// True if `scene` is the wanted model at the wanted moment with the wanted copies unfolded.
+    pub fn is_of(&self, scene: &Scene) -> bool {
+        scene.source == self.source
+            && scene.moment == self.moment
+            && scene.unfolded.ranges == scene.copies_among(&self.unfolded)
     }
 
     /// The folders in which files are saved, the first that can be written: the model's, the current one unless it is the root, in

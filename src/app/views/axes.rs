@@ -1,9 +1,11 @@
 //! A pair of axes: grid, labels, and where values are on the screen.
 
-use egui::{self, Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{
+    self, Align2, Color32, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2,
+};
 
 use crate::app::theme;
-use crate::lab::plot::{Axis, tick_text};
+use crate::lab::plot::{Axis, Chart, tick_text};
 
 /// Room for labels in points: on the left, above, on the right, below.
 const MARGINS: [f32; 4] = [46.0, 18.0, 10.0, 30.0];
@@ -36,6 +38,14 @@ pub(crate) struct Lettering<'a> {
 }
 
 impl Axes {
+    /// Paints the axes of `chart` in the rest of the view; also returns the response to the pointer there.
+    pub(crate) fn of_chart(ui: &mut Ui, chart: &Chart) -> (Self, Response) {
+        let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::hover());
+        let [across, up] = &chart.labels;
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {up} over {across}")));
+        (Self::paint(ui, rect, chart.axes, &Lettering { heading: up, across, ..Lettering::default() }), response)
+    }
+
     /// Paints grid, labels and lettering of `axes` in `rect`.
     pub(crate) fn paint(ui: &Ui, rect: Rect, axes: [Axis; 2], lettering: &Lettering<'_>) -> Self {
         let [left, top, right, bottom] = MARGINS;

@@ -9,7 +9,7 @@ use egui::{
 };
 
 use crate::accel::Accel;
-use crate::app::state::action::Action;
+use crate::app::state::action::{Action, RankingStep};
 use crate::app::state::{AppState, Derived, Presented, Request, Study};
 use crate::app::theme;
 use crate::app::widgets::{DropDown, Tip as _, chip, empty_view};
@@ -36,6 +36,24 @@ pub(super) fn presented_tree(ui: &mut Ui, state: &AppState, otherwise: &str) -> 
         empty_view(ui, otherwise);
     }
     shown
+}
+
+/// The buttons that select the next and the previous `noun` of a list by `action`, whose keys they name, in a row from the right.
+pub(super) fn steps(
+    ui: &mut Ui,
+    state: &mut AppState,
+    is_enabled: bool,
+    noun: &str,
+    action: fn(RankingStep) -> Action,
+    keys: [&str; 2],
+) {
+    let steps = [(RankingStep::Next, "Next"), (RankingStep::Previous, "Previous")];
+    for ((step, label), key) in steps.into_iter().zip(keys) {
+        let tip = format!("Select the {} {noun} of the list and look at it ({key})", label.to_lowercase());
+        if ui.add_enabled(is_enabled, egui::Button::new(label)).tip(tip).clicked() {
+            state.activity.requests.push(Request::Perform(action(step)));
+        }
+    }
 }
 
 /// The rest of the view in two parts beside each other, with `gap` points between them; the left one takes a `share` of the width.

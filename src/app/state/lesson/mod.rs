@@ -59,9 +59,7 @@ impl Reading {
         let state = &self.current().state;
         let same = shown.accel.file.is_none()
             && shown.accel.settings == state.wanted.build
-            && shown.accel.scene.source == state.wanted.source
-            && shown.accel.scene.moment == state.wanted.moment
-            && shown.accel.scene.unfolded.ranges == shown.accel.scene.copies_among(&state.wanted.unfolded)
+            && state.wanted.is_of(&shown.accel.scene)
             && shown.accel.scene.has_form(state.copies)
             && shown.accel.follow == state.wanted.follow_at(TreeSide::A, state.wanted.moment)
             && shown.frame.settings.shading == state.wanted.render.shading

@@ -16,8 +16,8 @@ use self::report::{GAP, report};
 use super::parts;
 use crate::accel::Accel;
 use crate::app::format;
-use crate::app::state::action::{Action, RankingStep};
-use crate::app::state::{AppState, Derived, Presented, Request, Study, ViewState};
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Derived, Presented, Study, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{Needs, View};
 use crate::app::widgets::{Tip as _, chip, empty_view};
@@ -282,12 +282,5 @@ fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented, known: Option<&
         state.copy(text, &format!("{} copied", counted(known.rows.len() as u64, "rows")));
     }
     let has_copies = known.is_some_and(|known| !known.dearest.is_empty());
-    for (step, label, key) in
-        [(RankingStep::Next, "Next", "Alt+Shift+."), (RankingStep::Previous, "Previous", "Alt+Shift+,")]
-    {
-        let tip = format!("Select the {} copy of the list and look at it ({key})", label.to_lowercase());
-        if ui.add_enabled(has_copies, egui::Button::new(label)).tip(tip).clicked() {
-            state.activity.requests.push(Request::Perform(Action::StepCopies(step)));
-        }
-    }
+    parts::steps(ui, state, has_copies, "copy", Action::StepCopies, ["Alt+Shift+.", "Alt+Shift+,"]);
 }

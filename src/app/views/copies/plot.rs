@@ -1,9 +1,9 @@
 //! A curve over how far the tree over the copies is opened, with a line for the flat scene.
 
-use egui::{self, Align2, FontId, Rect, Role, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, vec2};
+use egui::{self, Align2, FontId, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2};
 
 use crate::app::theme;
-use crate::app::views::axes::{Axes, Lettering, rest};
+use crate::app::views::axes::Axes;
 use crate::lab::plot::{Chart, Look};
 use crate::lab::report_table::number;
 
@@ -13,11 +13,8 @@ const TARGET: f32 = 12.0;
 /// Shows the chart. Pointing at a dot names its values.
 pub(super) fn show(ui: &mut Ui, chart: &Chart) {
     let palette = theme::palette(ui);
-    let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::hover());
-    let [across, up] = &chart.labels;
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {up} over {across}")));
-    let lettering = Lettering { heading: up, across, ..Lettering::default() };
-    let axes = Axes::paint(ui, rect, chart.axes, &lettering);
+    let [_, up] = &chart.labels;
+    let (axes, response) = Axes::of_chart(ui, chart);
     let painter = axes.painter(ui);
     for curve in &chart.curves {
         let line: Vec<_> = curve.points.iter().map(|point| axes.at([point.x, point.y])).collect();

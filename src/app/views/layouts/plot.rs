@@ -4,7 +4,7 @@ use egui::{self, Color32, Role, Sense, Shape, Stroke, TextStyle, Ui, Vec2, Widge
 
 use crate::app::state::AppState;
 use crate::app::theme;
-use crate::app::views::axes::{Axes, Lettering, rest};
+use crate::app::views::axes::Axes;
 use crate::lab::layouts::LaidOut;
 use crate::lab::plot::{COLORS, Look, layout_chart};
 use crate::lab::report_table::number;
@@ -28,11 +28,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, rows: &[LaidOut]) {
             entry(ui, &curve.name, color(curve.color));
         }
     });
-    let (rect, response) = ui.allocate_exact_size(rest(ui), Sense::hover());
-    let [across, up] = &chart.labels;
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("Plot of {up} over {across}")));
-    let lettering = Lettering { heading: up, across, ..Lettering::default() };
-    let axes = Axes::paint(ui, rect, chart.axes, &lettering);
+    let (axes, response) = Axes::of_chart(ui, &chart);
     let painter = axes.painter(ui);
     for curve in chart.curves.iter().filter(|curve| curve.look == Look::Reference) {
         let line = curve.points.iter().map(|point| axes.at([point.x, point.y])).collect();

@@ -6,8 +6,8 @@ use egui::{self, Align, Align2, Layout, Rect, RichText, Sense, TextStyle, Ui, po
 
 use super::NodesView;
 use crate::accel::node_values::NodeValues;
-use crate::app::state::action::{Action, RankingStep};
-use crate::app::state::{AppState, Presented, Request};
+use crate::app::state::action::Action;
+use crate::app::state::{AppState, Presented};
 use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::table::HeaderCell;
 use crate::app::widgets::{DropDown, Tip as _};
@@ -76,14 +76,7 @@ impl NodesView {
                     let text = tsv(state, shown, ranked);
                     state.copy(text, &format!("{} copied", format::counted(ranked.len() as u64, "node")));
                 }
-                for (step, label, key) in
-                    [(RankingStep::Next, "Next", "Alt+."), (RankingStep::Previous, "Previous", "Alt+,")]
-                {
-                    let tip = format!("Select the {} node of the list and look at it ({key})", label.to_lowercase());
-                    if ui.add_enabled(!ranked.is_empty(), egui::Button::new(label)).tip(tip).clicked() {
-                        state.activity.requests.push(Request::Perform(Action::StepRanking(step)));
-                    }
-                }
+                parts::steps(ui, state, !ranked.is_empty(), "node", Action::StepRanking, ["Alt+.", "Alt+,"]);
             });
         });
         ui.horizontal(|ui| parts::rays(ui, state, shown));
