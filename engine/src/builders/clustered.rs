@@ -1,6 +1,6 @@
 //! Clusters of builders that merge along the curve, before they are flattened into a tree, and the calls that merged them.
 
-use crate::aac::{ClusterContainer, ReductionStep};
+use crate::aac::{ClusterContainer, Recursion, ReductionStep};
 use crate::builders::flatten::{ChildPair, finish};
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::zeros;
@@ -38,14 +38,6 @@ pub struct Clustered<C: ClusterContainer> {
     pub stage: Stage,
 }
 
-/// For each pair of nodes of a tree the merge that wrote it, and the positions of its primitives in sorted order.
-pub struct PlacedMerges {
-    /// Number of the merge that wrote the children at `1 + 2·i` and `2 + 2·i`.
-    pub merge_of_pair: Vec<u32>,
-    /// Position of the primitive in each slot of [`Tree::primitive_indices`].
-    pub positions: Vec<u32>,
-}
-
 impl<C: ClusterContainer> Clustered<C> {
     /// The tree.
     pub fn finish(self, token: &CancelToken, times: &mut StageTimes) -> Result<Tree<C>, Cancelled> {
@@ -53,23 +45,21 @@ impl<C: ClusterContainer> Clustered<C> {
         finish(root, &slots, |position| sorted.primitive(position), stage, token, times)
     }
 
-    /// The tree, and where the merges of `log` are in it.
+    /// The tree, and the calls of `log` that made it.
     pub fn finish_with_merges(
         self,
-        log: &MergeLog,
+        log: MergeLog,
         token: &CancelToken,
         times: &mut StageTimes,
-    ) -> Result<(Tree<C>, PlacedMerges), Cancelled> {
+    ) -> Result<(Tree<C>, Recursion), Cancelled> {
         let Self { root, slots, sorted, stage } = self;
         let tree = finish(root, &slots, |position| sorted.primitive(position), stage, token, times)?;
         let mut merge_of_slot: Vec<u32> = zeros(slots.len(), token)?;
         for (merge, &slot) in (0..).zip(&log.slots) {
             merge_of_slot[slot as usize] = merge;
         }
-        let mut placed = PlacedMerges {
-            merge_of_pair: zeros(tree.nodes.len() / 2, token)?,
-            positions: zeros(tree.primitive_indices.len(), token)?,
-        };
+        let mut merge_of_pair = zeros(tree.nodes.len() / 2, token)?;
+        let mut positions = zeros(tree.primitive_indices.len(), token)?;
         // Nodes of the tree with what they were before.
         let mut open = vec![(0, root)];
         let mut steps = 0;
@@ -78,13 +68,13 @@ impl<C: ClusterContainer> Clustered<C> {
             token.check_every(LIGHT_STEPS, steps)?;
             let first = tree.nodes[at as usize].first;
             if cluster.count == 1 {
-                placed.positions[first as usize] = cluster.first;
+                positions[tree.primitive_indices[first as usize] as usize] = cluster.first;
                 continue;
             }
-            placed.merge_of_pair[first as usize / 2] = merge_of_slot[cluster.first as usize];
+            merge_of_pair[first as usize / 2] = merge_of_slot[cluster.first as usize];
             let [left, right] = slots[cluster.first as usize];
             open.extend([(first, left), (first + 1, right)]);
         }
-        Ok((tree, placed))
+        Ok((tree, Recursion { steps: log.steps, merge_of_pair, positions }))
     }
 }

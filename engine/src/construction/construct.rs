@@ -108,8 +108,8 @@ where
                 log = MergeLog { steps: rounds, slots: (0..clustered.slots.len() as u32).collect(), level: 0 };
                 clustered
             };
-            let (tree, placed) = clustered.finish_with_merges(&log, token, &mut times)?;
-            let record = MergeRecord::of_calls(&tree, log.steps, placed, token)?;
+            let (tree, recursion) = clustered.finish_with_merges(log, token, &mut times)?;
+            let record = MergeRecord::of_recursion(&tree, recursion, token)?;
             (tree, record)
         }
         _ => {

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::aac::{Recursion, ReductionStep};
-use crate::builders::clustered::PlacedMerges;
 use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
 use crate::kernel::parallel::{par_collect, zeros};
 use crate::tree::{Container, Tree};
@@ -32,17 +31,6 @@ impl MergeRecord {
         let Recursion { steps, merge_of_pair, positions } = recursion;
         let slots = &tree.primitive_indices;
         let positions = par_collect(slots.len(), token, |slot| positions[slots[slot] as usize])?;
-        Self::new(tree, steps, positions, |pair| merge_of_pair[pair], token)
-    }
-
-    /// The record of `tree`, made by the calls `steps` of a builder along the curve, before its primitive indices are replaced.
-    pub(super) fn of_calls<C: Container>(
-        tree: &Tree<C>,
-        steps: Vec<ReductionStep>,
-        placed: PlacedMerges,
-        token: &CancelToken,
-    ) -> Result<Self, Cancelled> {
-        let PlacedMerges { merge_of_pair, positions } = placed;
         Self::new(tree, steps, positions, |pair| merge_of_pair[pair], token)
     }
 
