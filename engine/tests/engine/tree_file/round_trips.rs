@@ -106,6 +106,16 @@ fn what_a_file_says_of_its_tree_is_kept() {
 }
 
 #[test]
+fn times_are_kept_to_the_last_digit() {
+    let mut draft = sample();
+    for step in 1..2000 {
+        let build_ms = f64::from(step) * 0.006_289_813;
+        draft.header.extend(header(json!({ "build_ms": build_ms })));
+        assert_eq!(read_header(&draft.bytes()).unwrap().build_ms, Some(build_ms));
+    }
+}
+
+#[test]
 fn fields_of_the_format_are_not_taken_from_the_others() {
     let file = sample().read(None).unwrap();
     let other = header(json!({"nodes": 7, "arrays": {}, "container": "sphere", "builder": "not this"}));
