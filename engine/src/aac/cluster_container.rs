@@ -5,10 +5,10 @@
 
 use std::ops::IndexMut;
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase as _, f32x8};
 
 use crate::geometry::{Aabb, Container as _, Dop14, Sphere, half_area_between};
-use crate::kernel::lanes::{Fields, Lanes};
+use crate::kernel::lanes::{Fields, LANES, Lanes};
 use crate::order::PrimitiveContainer;
 use crate::tree::Tree;
 
@@ -38,6 +38,8 @@ pub trait ClusterContainer: PrimitiveContainer {
         first: &Self::Fields<f32>,
         second: &Self::Fields<f32>,
     ) -> Self::Fields<V>;
+    /// Fields of the smallest containers around two, lane by lane.
+    fn unions<S: Simd>(simd: S, first: &Self::Fields<f32x8<S>>, second: &Self::Fields<f32x8<S>>) -> Self::Fields<f32x8<S>>;
     /// d(`own`, other) for each lane of `others`: surface area of the union, or a value that increases with it.
     fn merge_distances<S: Simd, V: Lanes<S>>(simd: S, own: &Self::Fields<V>, others: &Self::Fields<V>) -> V;
     /// [`Container::relative_area`](crate::tree::Container::relative_area) of the union of two at a merge distance.
@@ -77,6 +79,16 @@ impl ClusterContainer for Aabb {
     }
 
     #[inline(always)]
+    fn unions<S: Simd>(_: S, first: &[f32x8<S>; 6], second: &[f32x8<S>; 6]) -> [f32x8<S>; 6] {
+        let mut unions = *first;
+        for field in 0..6 {
+            let (a, b) = (first[field], second[field]);
+            unions[field] = if field < 3 { a.min(b) } else { a.max(b) };
+        }
+        unions
+    }
+
+    #[inline(always)]
     fn merge_distances<S: Simd, V: Lanes<S>>(_: S, own: &[V; 6], others: &[V; 6]) -> V {
         let x = own[3].max(others[3]) - own[0].min(others[0]);
         let y = own[4].max(others[4]) - own[1].min(others[1]);
@@ -102,6 +114,21 @@ impl ClusterContainer for Sphere {
     #[inline(always)]
     fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
         splat_fields::<Self, S, V>(simd, &Self::from_fields(*first).union(&Self::from_fields(*second)).fields())
+    }
+
+    #[inline(always)]
+    fn unions<S: Simd>(simd: S, first: &[f32x8<S>; 6], second: &[f32x8<S>; 6]) -> [f32x8<S>; 6] {
+        let mut unions = [f32x8::splat(simd, 0.0); 6];
+        for lane in 0..LANES {
+            let [[ax, ay, az, ar, ..], [bx, by, bz, br, ..]] = [first, second];
+            let a = Self { center: glam::Vec3::new(ax[lane], ay[lane], az[lane]), radius: ar[lane] };
+            let b = Self { center: glam::Vec3::new(bx[lane], by[lane], bz[lane]), radius: br[lane] };
+            let union = a.union(&b).fields();
+            for field in 0..Self::USED_FIELDS {
+                unions[field][lane] = union[field];
+            }
+        }
+        unions
     }
 
     #[inline(always)]
@@ -144,6 +171,11 @@ impl ClusterContainer for Dop14 {
     fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 14], second: &[f32; 14]) -> [V; 14] {
         let (first, second) = (splat_fields::<Self, S, V>(simd, first), splat_fields::<Self, S, V>(simd, second));
         union_lanes(simd, &first, &second)
+    }
+
+    #[inline(always)]
+    fn unions<S: Simd>(simd: S, first: &[f32x8<S>; 14], second: &[f32x8<S>; 14]) -> [f32x8<S>; 14] {
+        union_lanes(simd, first, second)
     }
 
     #[inline(always)]

@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use bytemuck::Zeroable;
-use fearless_simd::{Select, Simd, SimdBase, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use crate::aac::cluster_container::ClusterContainer;
 use crate::aac::leaf_order::LeafItems;
@@ -152,7 +152,8 @@ impl<C: ClusterContainer> Items<C> {
         row
     }
 
-    /// Merge distance of each item to the one before it; infinite where a leaf of both costs too much.
+    /// Merge distance of each pair of neighbours, that of the items `at` and `at + 1` at `at + 2`; infinite where a leaf of both costs too
+    /// much, and around the list.
     #[inline(always)]
     fn distances<S: Simd>(&self, simd: S) -> [f32; LISTED] {
         // The compiler sees that no list is left.
@@ -176,33 +177,50 @@ impl<C: ClusterContainer> Items<C> {
             let distance = C::merge_distances(simd, &self.row(simd, at), &self.row(simd, at + 1));
             let area = C::area_of_distance(distance);
             let joins = (area * count).simd_le(guard * (area * node + cost));
-            joins.select(distance, infinity).store_slice(&mut distances[at + 1..at + 1 + LANES]);
+            joins.select(distance, infinity).store_slice(&mut distances[at + 2..at + 2 + LANES]);
         }
         // Beyond the last item there is none.
-        distances[self.len.min(CHUNK)..][..LANES].fill(f32::INFINITY);
+        distances[self.len.min(CHUNK) + 1..][..LANES].fill(f32::INFINITY);
         distances
     }
 
-    /// Joins each pair of neighbours that are nearest to each other where [`Items::distances`] allows it.
-    #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
+    /// Joins each pair of neighbours that are nearest to each other where [`Items::distances`] allows it; of two equal distances the
+    /// first counts. Eight items at a time, in place: none is written before it and its neighbour were read.
     #[inline(always)]
     fn join<S: Simd>(&mut self, simd: S) {
         let distances = self.distances(simd);
-        let (mut from, mut to) = (0, 0);
-        while from < self.len {
-            let at = from % CHUNK;
-            let [before, own, after] = [distances[at], distances[at + 1], distances[at + 2]];
-            // Of two equal distances the first counts.
-            let joins = usize::from((own < before) & (own <= after));
-            // Without a branch, which could not be predicted: an item that stays is joined with itself.
-            let union = self.get(at).union(&self.get(at + joins));
-            self.set(to % CHUNK, union.fields());
-            self.counts[to % CHUNK] = self.counts[at] + [0.0, self.counts[at + 1]][joins];
-            from += 1 + joins;
-            to += 1;
+        let groups = self.len.min(CHUNK).div_ceil(LANES);
+        let mut to = 0;
+        for group in 0..groups {
+            let at = LANES * group;
+            let joins = are_nearest(simd, &distances, at + 1);
+            // The second of a pair is not the first of another, whose distance would have to be less.
+            let stays = !are_nearest(simd, &distances, at);
+            let (own, next) = (self.row(simd, at), self.row(simd, at + 1));
+            let unions = C::unions(simd, &own, &next);
+            let end = to % (CHUNK + 1);
+            for field in 0..C::USED_FIELDS {
+                let joined = joins.select(unions[field], own[field]).compress(stays);
+                joined.store_slice(&mut self.fields[field][end..end + LANES]);
+            }
+            let own = f32x8::from_slice(simd, &self.counts[at..at + LANES]);
+            let next = f32x8::from_slice(simd, &self.counts[at + 1..at + 1 + LANES]);
+            let joined = joins.select(own + next, own).compress(stays);
+            joined.store_slice(&mut self.counts[end..end + LANES]);
+            to += stays.to_bitmask().count_ones() as usize;
         }
-        self.len = to;
+        // Those beyond the last item have stayed.
+        self.len = to - (LANES * groups - self.len);
     }
+}
+
+/// For each item from `at - 1` on, one per lane, whether it and the next one are nearest to each other, by [`Items::distances`].
+#[inline(always)]
+fn are_nearest<S: Simd>(simd: S, distances: &[f32; LISTED], at: usize) -> mask32x8<S> {
+    let before = f32x8::from_slice(simd, &distances[at..at + LANES]);
+    let own = f32x8::from_slice(simd, &distances[at + 1..at + 1 + LANES]);
+    let after = f32x8::from_slice(simd, &distances[at + 2..at + 2 + LANES]);
+    own.simd_lt(before) & own.simd_le(after)
 }
 
 /// Appends the blocks of the primitives at the positions `range`, at most [`CHUNK`], to `blocks`.

@@ -23,7 +23,7 @@ use crate::cancel::{CancelToken, Cancelled};
 use crate::geometry::Triangle;
 use crate::kernel::SimdLevel;
 use crate::kernel::parallel::{par_tasks, zeros};
-use crate::kernel::prefetch::prefetch;
+use crate::kernel::prefetch::{prefetch, prefetch_whole};
 use crate::kernel::simd::dispatch_plain;
 use crate::tree::binarize::binarize;
 use crate::tree::{AnyTree, Tree};
@@ -184,7 +184,7 @@ impl Sources<'_> {
             let slot = first as usize + at;
             for ahead in 0..BLOCK {
                 if let Some(&index) = self.primitive_indices.get(slot + SLOTS_AHEAD + ahead) {
-                    prefetch(self.triangles, index as usize);
+                    prefetch_whole(self.triangles, index as usize);
                 }
             }
             for piece in (at..at + size).step_by(TRIANGLES_BETWEEN_CHECKS) {
