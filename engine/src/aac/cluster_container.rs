@@ -5,10 +5,10 @@
 
 use std::ops::IndexMut;
 
-use fearless_simd::{Simd, SimdBase as _, f32x8};
+use fearless_simd::Simd;
 
 use crate::geometry::{Aabb, Container as _, Dop14, Sphere, half_area_between};
-use crate::kernel::lanes::{Fields, LANES, Lanes};
+use crate::kernel::lanes::{Fields, Lanes};
 use crate::order::PrimitiveContainer;
 use crate::tree::Tree;
 
@@ -32,14 +32,17 @@ pub trait ClusterContainer: PrimitiveContainer {
     fn boxes_of(_: &mut Tree<Self>) -> Option<&mut Tree<Aabb>> {
         None
     }
+    /// Fields of the smallest containers around two, lane by lane.
+    fn unions<S: Simd, V: Lanes<S>>(simd: S, first: &Self::Fields<V>, second: &Self::Fields<V>) -> Self::Fields<V>;
     /// Fields of the smallest container around two, each in all lanes.
+    #[inline(always)]
     fn union_fields<S: Simd, V: Lanes<S>>(
         simd: S,
         first: &Self::Fields<f32>,
         second: &Self::Fields<f32>,
-    ) -> Self::Fields<V>;
-    /// Fields of the smallest containers around two, lane by lane.
-    fn unions<S: Simd>(simd: S, first: &Self::Fields<f32x8<S>>, second: &Self::Fields<f32x8<S>>) -> Self::Fields<f32x8<S>>;
+    ) -> Self::Fields<V> {
+        Self::unions(simd, &splat_fields::<Self, S, V>(simd, first), &splat_fields::<Self, S, V>(simd, second))
+    }
     /// d(`own`, other) for each lane of `others`: surface area of the union, or a value that increases with it.
     fn merge_distances<S: Simd, V: Lanes<S>>(simd: S, own: &Self::Fields<V>, others: &Self::Fields<V>) -> V;
     /// [`Container::relative_area`](crate::tree::Container::relative_area) of the union of two at a merge distance.
@@ -69,17 +72,7 @@ impl ClusterContainer for Aabb {
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
-        let mut union = [V::splat(simd, 0.0); 6];
-        for field in 0..6 {
-            let (a, b) = (V::splat(simd, first[field]), V::splat(simd, second[field]));
-            union[field] = if field < 3 { a.min(b) } else { a.max(b) };
-        }
-        union
-    }
-
-    #[inline(always)]
-    fn unions<S: Simd>(_: S, first: &[f32x8<S>; 6], second: &[f32x8<S>; 6]) -> [f32x8<S>; 6] {
+    fn unions<S: Simd, V: Lanes<S>>(_: S, first: &[V; 6], second: &[V; 6]) -> [V; 6] {
         let mut unions = *first;
         for field in 0..6 {
             let (a, b) = (first[field], second[field]);
@@ -112,23 +105,24 @@ impl ClusterContainer for Sphere {
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
-        splat_fields::<Self, S, V>(simd, &Self::from_fields(*first).union(&Self::from_fields(*second)).fields())
-    }
-
-    #[inline(always)]
-    fn unions<S: Simd>(simd: S, first: &[f32x8<S>; 6], second: &[f32x8<S>; 6]) -> [f32x8<S>; 6] {
-        let mut unions = [f32x8::splat(simd, 0.0); 6];
-        for lane in 0..LANES {
+    fn unions<S: Simd, V: Lanes<S>>(_: S, first: &[V; 6], second: &[V; 6]) -> [V; 6] {
+        let mut unions = *first;
+        for lane in 0..V::LEN {
             let [[ax, ay, az, ar, ..], [bx, by, bz, br, ..]] = [first, second];
             let a = Self { center: glam::Vec3::new(ax[lane], ay[lane], az[lane]), radius: ar[lane] };
             let b = Self { center: glam::Vec3::new(bx[lane], by[lane], bz[lane]), radius: br[lane] };
             let union = a.union(&b).fields();
             for field in 0..Self::USED_FIELDS {
-                unions[field][lane] = union[field];
+                unions[field].as_mut_slice()[lane] = union[field];
             }
         }
         unions
+    }
+
+    /// Of one pair, as lane by lane takes as long for each.
+    #[inline(always)]
+    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 6], second: &[f32; 6]) -> [V; 6] {
+        splat_fields::<Self, S, V>(simd, &Self::from_fields(*first).union(&Self::from_fields(*second)).fields())
     }
 
     #[inline(always)]
@@ -168,14 +162,13 @@ impl ClusterContainer for Dop14 {
     }
 
     #[inline(always)]
-    fn union_fields<S: Simd, V: Lanes<S>>(simd: S, first: &[f32; 14], second: &[f32; 14]) -> [V; 14] {
-        let (first, second) = (splat_fields::<Self, S, V>(simd, first), splat_fields::<Self, S, V>(simd, second));
-        union_lanes(simd, &first, &second)
-    }
-
-    #[inline(always)]
-    fn unions<S: Simd>(simd: S, first: &[f32x8<S>; 14], second: &[f32x8<S>; 14]) -> [f32x8<S>; 14] {
-        union_lanes(simd, first, second)
+    fn unions<S: Simd, V: Lanes<S>>(_: S, first: &[V; 14], second: &[V; 14]) -> [V; 14] {
+        let mut unions = *first;
+        for field in 0..14 {
+            let (a, b) = (first[field], second[field]);
+            unions[field] = if matches!(field, 0..3 | 6..10) { a.min(b) } else { a.max(b) };
+        }
+        unions
     }
 
     #[inline(always)]
@@ -191,21 +184,10 @@ fn areas_of_unions<S: Simd, V: Lanes<S>>(simd: S, own: &[V; 14], others: &[V; 14
     simd.vectorize(
         #[inline(always)]
         || {
-            let [ax, ay, az, bx, by, bz, l0, l1, l2, l3, h0, h1, h2, h3] = union_lanes(simd, own, others);
+            let [ax, ay, az, bx, by, bz, l0, l1, l2, l3, h0, h1, h2, h3] = Dop14::unions(simd, own, others);
             half_area_between!([ax, ay, az], [bx, by, bz], [l0, l1, l2, l3], [h0, h1, h2, h3], V::splat(simd, 0.0))
         },
     )
-}
-
-/// Fields of the smallest polytopes around two, lane by lane.
-#[inline(always)]
-fn union_lanes<S: Simd, V: Lanes<S>>(simd: S, first: &[V; 14], second: &[V; 14]) -> [V; 14] {
-    let mut union = [V::splat(simd, 0.0); 14];
-    for field in 0..14 {
-        let (a, b) = (first[field], second[field]);
-        union[field] = if matches!(field, 0..3 | 6..10) { a.min(b) } else { a.max(b) };
-    }
-    union
 }
 
 /// Copies each of `fields` to all lanes. No closure: one that is not inlined would lack the vector instructions.
@@ -220,7 +202,7 @@ pub fn splat_fields<C: ClusterContainer, S: Simd, V: Lanes<S>>(simd: S, fields: 
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::f32x4;
+    use fearless_simd::{SimdBase as _, f32x4, f32x8};
     use glam::Vec3;
 
     use super::*;
@@ -232,6 +214,52 @@ mod tests {
             let [own, other] = [own, other].map(|container| splat_fields::<C, _, f32x4<_>>(simd, &container.fields()));
             C::merge_distances(simd, &own, &other)[0]
         })
+    }
+
+    /// Containers of small triangles, some of them inside others.
+    fn containers<C: ClusterContainer>(seed: u32) -> [C; 8] {
+        let mut state = seed;
+        let mut number = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((state >> 16) % below) as f32 * 0.37
+        };
+        std::array::from_fn(|_| {
+            let mut corner = || Vec3::new(number(9), number(7), number(5));
+            C::of_triangle(&crate::geometry::Triangle { a: corner(), b: corner(), c: corner() })
+        })
+    }
+
+    fn unions_are_those_of_pairs<C: ClusterContainer + std::fmt::Debug>() {
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            for seed in 0..200 {
+                let (first, second) = (containers::<C>(seed), containers::<C>(seed + 1000));
+                dispatch!(level.level(), simd => {
+                    let lanes = |containers: &[C; 8]| {
+                        let mut lanes = C::Fields::splat(f32x8::splat(simd, 0.0));
+                        for field in 0..C::USED_FIELDS {
+                            lanes[field] = f32x8::from_fn(simd, |lane| containers[lane].fields()[field]);
+                        }
+                        lanes
+                    };
+                    let unions = C::unions(simd, &lanes(&first), &lanes(&second));
+                    for lane in 0..8 {
+                        let expected = first[lane].union(&second[lane]);
+                        let pair = C::union_fields::<_, f32x4<_>>(simd, &first[lane].fields(), &second[lane].fields());
+                        for field in 0..C::USED_FIELDS {
+                            let all = [unions[field][lane], pair[field][0], pair[field][3]];
+                            assert_eq!(all, [expected.fields()[field]; 3], "{expected:?}, {level:?}, field {field}");
+                        }
+                    }
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn unions_lane_by_lane_are_those_of_single_pairs() {
+        unions_are_those_of_pairs::<Aabb>();
+        unions_are_those_of_pairs::<Sphere>();
+        unions_are_those_of_pairs::<Dop14>();
     }
 
     #[test]
