@@ -5,6 +5,7 @@ mod copy_tracer;
 mod file_tree;
 mod follow;
 pub mod followed;
+pub mod laid;
 pub mod node_values;
 mod read;
 mod reading;

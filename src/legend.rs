@@ -60,7 +60,7 @@ fn of_values(frame: &Frame) -> Option<Key> {
         Shading::Heat(HeatKind::ClosestPoint) => {
             format!("{} of each pixel", capitalized(HeatKind::ClosestPoint.counted()))
         }
-        Shading::Heat(kind) => format!("{} of each ray", capitalized(kind.counted())),
+        Shading::Heat(kind) => format!("{} of each ray{}", capitalized(kind.counted()), frame.in_layout()),
         Shading::Depth => "Distance from the observer, in units of the model".to_owned(),
         Shading::Thickness => "Thickness along the ray, in units of the model".to_owned(),
         Shading::Distance => {

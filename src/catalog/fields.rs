@@ -275,6 +275,7 @@ const OWN: [(&str, &[Field]); 9] = [
         "Of `render`",
         &[
             ("samples", "Rays of each pixel"),
+            ("layout", "The layout of wide trees whose counts the colours stand for, where `--layout` names one"),
             ("color_range", "Values at the two ends of the colours, where these stand for values"),
             ("output", "The file that was written"),
         ],

@@ -14,6 +14,8 @@ pub mod metrics;
 
 pub mod fields;
 
+pub mod layouts;
+
 pub mod values;
 
 /// Equality of keys and names in constants, whose rows are found by them.

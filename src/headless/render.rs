@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::context::{Context, Failure, Finished, camera_of, ignore_missing_reader, in_pool};
 use super::exr::write_distances;
 use super::film::{Film, check_output};
+use super::measure::of_job;
 use super::moments::{MomentChoice, ShownMoment, check_follow, note_lost};
 use super::output::json_line;
 use super::picture::{Picture, PictureChoice, check_written, note_written};
@@ -18,10 +19,14 @@ use super::progress::Progress;
 use super::tree_numbers::TreeNumbers;
 use super::tree_origin::{TreeOrigin, note_faults};
 use crate::accel::followed::FollowSession;
+use crate::accel::laid::CountedLayout;
 use crate::accel::{Accel, Follow};
 use crate::budget::Budget;
+use crate::catalog::layouts::{LayoutChoice, NamedLayout};
 use crate::catalog::reading::TreeReading;
 use crate::export::{Protected, check_target, wrong_ending};
+use crate::lab::layouts::kept_nodes;
+use crate::lab::population::{Population, ViewRays};
 use crate::lab::{Conditions, ViewConditions};
 use crate::overlay::{NodeTable, OverlaySettings, Selection};
 use crate::render::{Frame, RenderRequest, RenderSettings};
@@ -69,6 +74,8 @@ pub struct RenderCommand {
     pub moments: MomentChoice,
     /// How the tree of a moment is made.
     pub follow: Follow,
+    /// The layout of the tree that heat maps count and containers are of; `None` for the tree itself.
+    pub layout: Option<LayoutChoice>,
 }
 
 /// The JSON object that `--json` prints.
@@ -88,6 +95,8 @@ struct RenderSummary<'a> {
     samples: u32,
     #[serde(flatten)]
     moment: Option<ShownMoment>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layout: Option<String>,
     /// Values at the two ends of the colours, in modes whose colours stand for values.
     #[serde(skip_serializing_if = "Option::is_none")]
     color_range: Option<[f32; 2]>,
@@ -197,11 +206,14 @@ fn trace(
     let visibility = table.visibility(&command.selection).filter(|_| command.hide_triangles);
     let section = command.section.map(|choice| choice.plane(&scene.bounds, scene.offset));
     let settings = RenderSettings { section, ..command.settings };
-    let request = RenderRequest {
+    let mut request = RenderRequest {
         count_tests: command.json,
         hidden: visibility.map(|visibility| Arc::clone(&visibility.triangles)),
         ..RenderRequest::new(&accel, camera_of(&command.camera, scene)?, settings, command.size)
     };
+    request.layout = command.layout.map(|choice| laid_out(choice, &request, &command.source, token)).transpose()?;
+    let of_layout = request.layout.as_ref().map(|layout| Arc::new(NodeTable::of_layout(&accel, &layout.kept)));
+    let table = of_layout.unwrap_or(table);
     let (frame, radiance) = if command.writes("exr") {
         crate::render::render_radiance(&request, token)?
     } else {
@@ -213,6 +225,19 @@ fn trace(
         Picture::of_frame(&frame, &command.choice(), &table, token)?
     };
     Ok((accel, picture, frame))
+}
+
+/// The layout of the tree of a picture; visits by which it may be chosen are those of the primary rays.
+fn laid_out(
+    choice: LayoutChoice,
+    request: &RenderRequest,
+    source: &SceneSource,
+    token: &CancelToken,
+) -> Result<CountedLayout, Failure> {
+    let size_px = [request.width_px, request.height_px];
+    let rays = ViewRays::new(Population::Primary, request.camera, size_px, &request.settings);
+    let kept = kept_nodes(&request.accel, choice, choice.is_by_visits().then_some(&rays), token);
+    Ok(CountedLayout { choice, kept: Arc::new(kept.map_err(|error| of_job(error, source))?) })
 }
 
 impl RenderCommand {
@@ -242,6 +267,13 @@ fn check(command: &RenderCommand, read: &Protected) -> Result<(), Failure> {
     check_extensions(command)?;
     check_outputs(command, read)?;
     check_follow(command.follow, &command.build, &command.moments)?;
+    if command.layout.is_some() && command.overlay.is_none() && !command.settings.shading.is_of_layouts() {
+        return Err(Failure::Usage(format!(
+            "--layout: --shading {} has nothing of a layout: take a heat map of tests, steps, lines or the whole ray, or \
+             --overlay",
+            command.settings.shading.name()
+        )));
+    }
     if command.overlay.is_some() && !command.writes("svg") && !cfg!(feature = "gui") {
         return Err(Failure::Failed(
             "--overlay needs the feature 'gui', which this program was built without: leave --overlay out, or write an .svg"
@@ -343,6 +375,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
         ),
         samples: frame.samples,
         moment: ShownMoment::of(accel),
+        layout: frame.layout.map(|layout| NamedLayout::from(layout).name()),
         color_range: frame.settings.shading.has_values().then_some(frame.value_range),
         output: command.output.as_deref(),
         warnings: accel.scene.warnings.entries.iter().map(ToString::to_string).collect(),

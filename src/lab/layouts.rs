@@ -10,22 +10,16 @@ use super::population::{ListedRays, Population, ViewRays, listed};
 use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::catalog::fields::layout_columns;
+use crate::catalog::layouts::{LayoutChoice, NamedLayout};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
-use bvhscope_engine::layouts::{
-    Collapse, KeptNodes, LaidNumbers, LaidQuery, LaidTree, Layout, MAX_CHILDREN, MAX_LEAF, MeasuredLayout, Planes,
-};
+use bvhscope_engine::layouts::{Collapse, KeptNodes, LaidNumbers, LaidQuery, LaidTree, Layout, MeasuredLayout, Planes};
 use bvhscope_engine::tree::binarize::binarize;
 use bvhscope_engine::tree::traverse::Traversal;
 use bvhscope_engine::tree::visits::{RayQuery, measure_weighted_visits};
 use bvhscope_engine::tree::{AnyTree, Tree};
 use bvhscope_engine::wide::AnyWideTree;
 use bvhscope_engine::wide::trace::CacheLines;
-
-/// Name of the engine's own eight-wide tree among the collapses.
-const ENGINE: &str = "engine";
-/// Children of a node of the engine's tree, and most triangles of its leaves.
-const ENGINE_LIMITS: [u32; 2] = [8, 16];
 
 /// The layouts to compare: each value of one axis with each of the others.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,29 +66,6 @@ impl LayoutPlan {
     }
 }
 
-/// A layout among those of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LayoutChoice {
-    /// The program's own eight-wide tree, which pictures are traced through.
-    Engine,
-    /// A described one.
-    Described(Layout),
-}
-
-impl LayoutChoice {
-    /// The same, unless its numbers are beyond what layouts have.
-    pub fn within_limits(self) -> Option<Self> {
-        let is_within = match self {
-            Self::Engine => true,
-            Self::Described(Layout { children, leaf_size, .. }) => {
-                (2..=MAX_CHILDREN).contains(&children) && (1..=MAX_LEAF).contains(&leaf_size)
-            }
-        };
-        is_within.then_some(self)
-    }
-}
-
 /// A tree of one layout and the rays of one population. Field names are the JSON names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LaidOut {
@@ -120,62 +91,6 @@ impl OwnFields for LaidOut {
 
     fn population(&self) -> Population {
         self.population
-    }
-}
-
-/// A layout by its names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct NamedLayout {
-    /// Most children of a node.
-    pub children: u32,
-    /// Name of the collapse.
-    pub collapse: &'static str,
-    /// Name of the planes.
-    pub planes: &'static str,
-    /// Most triangles of a leaf.
-    pub leaf_limit: u32,
-    /// The layout.
-    #[serde(skip)]
-    pub choice: LayoutChoice,
-}
-
-impl NamedLayout {
-    /// The engine's own tree with these planes.
-    const fn engine(planes: &'static str) -> Self {
-        let [children, leaf_limit] = ENGINE_LIMITS;
-        Self { children, collapse: ENGINE, planes, leaf_limit, choice: LayoutChoice::Engine }
-    }
-
-    /// The layout in a table: "8 optimal, f32, leaves 4".
-    pub fn name(&self) -> String {
-        format!("{} {}, {}, leaves {}", self.children, self.collapse, self.planes, self.leaf_limit)
-    }
-
-    /// True for the program's own tree.
-    pub fn is_own(&self) -> bool {
-        self.choice == LayoutChoice::Engine
-    }
-
-    /// The layouts that it is plotted with.
-    pub fn group(&self) -> String {
-        if self.is_own() { "the program's own tree".to_owned() } else { format!("{} children", self.children) }
-    }
-}
-
-impl From<LayoutChoice> for NamedLayout {
-    fn from(choice: LayoutChoice) -> Self {
-        match choice {
-            LayoutChoice::Engine => Self::engine("f32"),
-            LayoutChoice::Described(layout) => layout.into(),
-        }
-    }
-}
-
-impl From<Layout> for NamedLayout {
-    fn from(layout: Layout) -> Self {
-        let Layout { children, collapse, planes, leaf_size } = layout;
-        let (collapse, planes, choice) = (collapse.name(), planes.name(), LayoutChoice::Described(layout));
-        Self { children, collapse, planes, leaf_limit: leaf_size, choice }
     }
 }
 

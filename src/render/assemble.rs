@@ -112,6 +112,7 @@ pub(super) fn assemble(
         camera: request.camera,
         settings,
         clusters: request.clusters.clone(),
+        layout: request.counted_layout().map(|layout| layout.choice),
         line_spacing: line_spacing(length(request.accel.scene.bounds.extent())),
         stats,
     };

@@ -9,6 +9,7 @@ use super::adaptation::Metered;
 use super::cluster_cut::ClusterCut;
 use super::settings::RenderSettings;
 use crate::camera::Camera;
+use crate::catalog::layouts::{LayoutChoice, NamedLayout};
 
 /// A traced picture with its per-pixel data and measurements. All lists are row by row from the top left.
 #[derive(Debug, Clone)]
@@ -47,6 +48,8 @@ pub struct Frame {
     pub settings: RenderSettings,
     /// The cut whose nodes cluster colours show; `None` for those at [`RenderSettings::cluster_depth`].
     pub clusters: Option<ClusterCut>,
+    /// The layout whose counts a heat map shows; `None` for those of the trees that are traced.
+    pub layout: Option<LayoutChoice>,
     /// Distance between two lines of [`Shading::Distance`](super::Shading::Distance) in world units.
     pub line_spacing: f32,
     /// Measurements of the newest pass.
@@ -105,6 +108,11 @@ impl Frame {
         }
     }
 
+    /// The layout that a heat map counts, to follow what is counted: " in 8 optimal, f32, leaves 4"; empty for the trees that are traced.
+    pub fn in_layout(&self) -> String {
+        self.layout.map_or_else(String::new, |layout| format!(" in {}", NamedLayout::from(layout).name()))
+    }
+
     /// Index of the traced pixel that covers the requested pixel (x, y).
     pub fn index_of(&self, x_px: u32, y_px: u32) -> usize {
         let traced = |pixel: u32| ((pixel as f32 + 0.5) / self.coarseness) as u32;
@@ -135,6 +143,7 @@ impl Frame {
             camera: Camera::framing(&bvhscope_engine::geometry::Aabb::EMPTY, Vec3::Y),
             settings,
             clusters: None,
+            layout: None,
             line_spacing: 1.0,
             stats: FrameStats::default(),
         }

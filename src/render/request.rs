@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::accel::Accel;
+use crate::accel::laid::CountedLayout;
 use crate::camera::Camera;
 use crate::visibility::TriangleSet;
 
@@ -31,6 +32,9 @@ pub struct RenderRequest {
     pub hidden: Option<Arc<TriangleSet>>,
     /// The cut whose nodes cluster colours show; `None` for the nodes at [`RenderSettings::cluster_depth`].
     pub clusters: Option<ClusterCut>,
+    /// The layout of the tree that heat maps count, where [`HeatKind::is_of_layouts`](super::HeatKind::is_of_layouts); `None` for the trees
+    /// that are traced.
+    pub layout: Option<CountedLayout>,
 }
 
 impl RenderRequest {
@@ -46,7 +50,13 @@ impl RenderRequest {
             count_tests: false,
             hidden: None,
             clusters: None,
+            layout: None,
         }
+    }
+
+    /// The layout that the picture counts.
+    pub fn counted_layout(&self) -> Option<&CountedLayout> {
+        self.layout.as_ref().filter(|_| self.settings.shading.is_of_layouts())
     }
 
     /// The visible part: less than all where there is a section plane or where triangles are hidden.

@@ -65,6 +65,14 @@ impl HeatKind {
         matches!(self, Self::Steps | Self::Lines)
     }
 
+    /// A layout of wide trees has such counts.
+    pub const fn is_of_layouts(self) -> bool {
+        matches!(
+            self,
+            Self::Containers | Self::Primitives | Self::Both | Self::Steps | Self::Lines | Self::WholeRay
+        )
+    }
+
     /// The counted quantity in the plural, for labels.
     pub const fn counted(self) -> &'static str {
         match self {
@@ -326,6 +334,11 @@ impl Shading {
     /// Colours stand for numbers or nodes, so that coloured lines over them would be mistaken for more of these.
     pub const fn is_coded(self) -> bool {
         self.has_values() || matches!(self, Self::Clusters | Self::Copies | Self::Meshes)
+    }
+
+    /// A heat map of what a layout of wide trees has counts of.
+    pub const fn is_of_layouts(self) -> bool {
+        matches!(self, Self::Heat(kind) if kind.is_of_layouts())
     }
 
     /// All modes, in the order of menus.

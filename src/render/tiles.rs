@@ -73,7 +73,8 @@ fn trace(
     let accel = &*request.accel;
     // Coarse pictures wait neither for the wide tree, unless they count in it, nor for the smooth normals of a large model.
     let is_coarse = request.coarseness > 1.0;
-    if !is_coarse || matches!(request.settings.shading, Shading::Heat(kind) if kind.is_of_wide_tree()) {
+    let is_wide = matches!(request.settings.shading, Shading::Heat(kind) if kind.is_of_wide_tree());
+    if !is_coarse || is_wide && request.counted_layout().is_none() {
         accel.widen(token)?;
     }
     let normals = if is_coarse {
@@ -143,7 +144,8 @@ fn passes<S: Shade>(
     let samples = if grid.coarseness > 1.0 { 1 } else { request.settings.wanted_samples() };
     // One allocation per tile, so that neither allocating nor freeing delays cancellation.
     let mut pixels: Vec<Vec<Pixel>> = vec![Vec::new(); grid.tile_count as usize];
-    let counts_itself = S::COUNTS && shade.counting() == Counting::Tests;
+    // The tests of a frame are those of its tree.
+    let counts_itself = S::COUNTS && shade.counting() == Counting::Tests && request.counted_layout().is_none();
     let (mut sample, mut nan_samples, mut counted) = (0, 0, None);
     loop {
         let start = Instant::now();

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::accel::Accel;
+use crate::accel::laid::CountedLayout;
 use crate::accel::tracer::{CountedQuery, Counting, Tracer};
 use crate::camera::CameraFrame;
 use crate::scene::{Material, Scene};
@@ -24,6 +26,9 @@ const THROUGH_GLASS: f32 = 0.88;
 /// Tree, scene, camera and rays for the shading modes.
 pub(super) struct TraceContext<'a> {
     tracer: Box<dyn Tracer + 'a>,
+    accel: &'a Accel,
+    /// The layout that is counted in place of the trees.
+    layout: Option<&'a CountedLayout>,
     pub(super) scene: &'a Scene,
     pub(super) camera: CameraFrame,
     background: Background,
@@ -46,6 +51,8 @@ impl<'a> TraceContext<'a> {
         let scene = &*accel.scene;
         Self {
             tracer: accel.tracer(request.settings.simd),
+            accel,
+            layout: request.counted_layout(),
             scene,
             normals,
             camera,
@@ -137,7 +144,11 @@ impl<'a> TraceContext<'a> {
         found: &mut [(Option<Hit>, TestCounts)],
     ) {
         let passes = &|primitive_index| self.visible.is_hidden(primitive_index);
-        self.tracer.counted(&self.visible.cut_all(rays), CountedQuery { counting, traversal, passes }, found);
+        let (rays, query) = (&*self.visible.cut_all(rays), CountedQuery { counting, traversal, passes });
+        match self.layout {
+            Some(layout) => layout.counted(self.accel.leaf_triangles(), rays, query, found),
+            None => self.tracer.counted(rays, query, found),
+        }
     }
 
     /// All hits of the whole `ray`, whatever is cut off, without those on hidden triangles. Returns whether there are more than `max`.

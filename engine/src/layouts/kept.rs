@@ -14,13 +14,12 @@ const INSIDE: u32 = u32::MAX;
 /// below one of its leaves, are not kept.
 #[derive(Debug)]
 pub struct KeptNodes {
-    /// The hierarchy, as in [`LaidTree::tree`].
-    nodes: Vec<Node<Aabb>>,
-    /// Of each node of the hierarchy its binary node, parent and depth.
+    laid: LaidTree,
+    /// Of each node of [`LaidTree::tree`] its binary node, parent and depth.
     binary: Vec<u32>,
     parents: Vec<u32>,
     depths: Vec<u32>,
-    /// Place of each binary node in the hierarchy, or [`INSIDE`].
+    /// Place of each binary node in it, or [`INSIDE`].
     places: Vec<u32>,
     first_leaf_depth: Option<u32>,
 }
@@ -28,15 +27,15 @@ pub struct KeptNodes {
 impl KeptNodes {
     /// The nodes that `laid` keeps of the binary tree that it was made of.
     pub fn new(laid: LaidTree, binary: &Tree<Aabb>, token: &CancelToken) -> Result<Self, Cancelled> {
-        let nodes = laid.tree.nodes;
-        let (wanted, slots) = (slots_below(&nodes, token)?, slots_below(&binary.nodes, token)?);
+        let nodes = &laid.tree.nodes;
+        let (wanted, slots) = (slots_below(nodes, token)?, slots_below(&binary.nodes, token)?);
         let mut kept = Self {
             binary: zeros(nodes.len(), token)?,
             parents: zeros(nodes.len(), token)?,
             depths: zeros(nodes.len(), token)?,
             places: vec![INSIDE; binary.nodes.len()],
             first_leaf_depth: None,
-            nodes,
+            laid,
         };
         for (at, wanted) in wanted.into_iter().enumerate() {
             token.check_every(LIGHT_STEPS, at)?;
@@ -48,11 +47,12 @@ impl KeptNodes {
                 node = if wanted[0] < slots[right as usize][0] { left } else { right };
             }
             (kept.binary[at], kept.places[node as usize]) = (node, at as u32);
-            if kept.nodes[at].is_leaf() {
+            let own = kept.laid.tree.nodes[at];
+            if own.is_leaf() {
                 let depth = kept.depths[at];
                 kept.first_leaf_depth = Some(kept.first_leaf_depth.map_or(depth, |first| first.min(depth)));
             }
-            let children = kept.nodes[at].children();
+            let children = own.children();
             let (children, depth) = (children.start as usize..children.end as usize, kept.depths[at] + 1);
             kept.parents[children.clone()].fill(at as u32);
             kept.depths[children].fill(depth);
@@ -60,14 +60,19 @@ impl KeptNodes {
         Ok(kept)
     }
 
+    /// The wide tree itself.
+    pub fn laid(&self) -> &LaidTree {
+        &self.laid
+    }
+
     /// Number of nodes of the wide tree, leaves included.
     pub fn len(&self) -> usize {
-        self.nodes.len()
+        self.laid.tree.nodes.len()
     }
 
     /// The tree has no nodes.
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
+        self.laid.tree.nodes.is_empty()
     }
 
     fn place(&self, node: u32) -> Option<usize> {
@@ -81,7 +86,7 @@ impl KeptNodes {
 
     /// The children of a kept node in the wide tree; none for a leaf of it, and for a node that is not kept.
     pub fn children(&self, node: u32) -> &[u32] {
-        let children = self.place(node).map_or(0..0, |place| self.nodes[place].children());
+        let children = self.place(node).map_or(0..0, |place| self.laid.tree.nodes[place].children());
         &self.binary[children.start as usize..children.end as usize]
     }
 
@@ -103,12 +108,12 @@ impl KeptNodes {
 
     /// Number of triangles of a leaf of the wide tree; 0 for other nodes.
     pub fn leaf_size(&self, node: u32) -> u32 {
-        self.place(node).map_or(0, |place| self.nodes[place].slots().len() as u32)
+        self.place(node).map_or(0, |place| self.laid.tree.nodes[place].slots().len() as u32)
     }
 
     /// The box of a kept node as its parent stores it; that of the root as it is.
     pub fn stored_box(&self, node: u32) -> Option<Aabb> {
-        self.place(node).map(|place| self.nodes[place].container)
+        self.place(node).map(|place| self.laid.tree.nodes[place].container)
     }
 
     /// The kept nodes, children behind their parents.

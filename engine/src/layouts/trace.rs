@@ -109,6 +109,24 @@ pub struct WalkMemory {
     read: [Vec<[usize; 2]>; 3],
 }
 
+impl WalkMemory {
+    /// The distinct lines of 64 bytes and of 128 that were read since these were last taken.
+    pub fn take_lines(&mut self) -> [CacheLines; 2] {
+        for records in &mut self.read {
+            records.sort_unstable();
+        }
+        let found = LINES.map(|bytes| {
+            let [full, compact, triangles] = self
+                .read
+                .each_ref()
+                .map(|records| count_distinct(records.iter().map(|[first, last]| [first / bytes, last / bytes])));
+            CacheLines { nodes: full + compact, triangles }
+        });
+        self.read.iter_mut().for_each(Vec::clear);
+        found
+    }
+}
+
 /// A node that a ray enters.
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
@@ -135,10 +153,25 @@ impl LaidTree {
         memory: &mut WalkMemory,
     ) -> (Option<Hit>, RayCounts) {
         let mut counts = RayCounts::default();
+        let hit = self.walk(leaf_triangles, ray, query, memory, &mut counts);
+        counts.lines = memory.take_lines();
+        (hit, counts)
+    }
+
+    /// The hit of `ray` as in [`LaidTree::trace`], adding all that it takes to `counts` but the lines, which `memory` goes on collecting
+    /// until [`WalkMemory::take_lines`]: those that several walks read count once.
+    pub fn walk(
+        &self,
+        leaf_triangles: &[Triangle],
+        ray: &Ray,
+        query: LaidQuery,
+        memory: &mut WalkMemory,
+        counts: &mut RayCounts,
+    ) -> Option<Hit> {
         let ray = PreparedRay::new(*ray);
         let mut nearest = Nearest::new(ray.ray.t_max);
         if self.tree.nodes.is_empty() || !ray.can_hit() {
-            return (None, counts);
+            return None;
         }
         let shear = Shear::new(ray.ray.direction);
         let WalkMemory { stack, entered, read } = memory;
@@ -152,6 +185,7 @@ impl LaidTree {
                     let block = first..node.slots().end.min(first + self.block);
                     counts.block_tests += 1;
                     counts.triangle_tests += block.len() as u64;
+                    counts.bytes += (block.len() * TRIANGLE_BYTES) as u64;
                     read[2].push([block.start * TRIANGLE_BYTES, block.end * TRIANGLE_BYTES - 1]);
                     for (triangle, slot) in leaf_triangles[block.clone()].iter().zip(block) {
                         if let Some(hit) = triangle.intersect(&ray, &shear, nearest.t()) {
@@ -189,9 +223,7 @@ impl LaidTree {
                 }
             };
         }
-        counts.bytes += counts.triangle_tests * TRIANGLE_BYTES as u64;
-        counts.lines = lines(read);
-        (nearest.hit(), counts)
+        nearest.hit()
     }
 
     /// Takes `count` rays through the tree, `ray` giving each by its index, and compares their hits with those of `wide`, the engine's own
@@ -256,19 +288,4 @@ fn push_all_but_next(entered: &mut [Waiting], query: LaidQuery, stack: &mut Vec<
         stack.push(other);
     }
     Some(next)
-}
-
-/// The distinct lines of the records in `read`, which is empty afterwards.
-fn lines(read: &mut [Vec<[usize; 2]>; 3]) -> [CacheLines; 2] {
-    for records in read.iter_mut() {
-        records.sort_unstable();
-    }
-    let found = LINES.map(|bytes| {
-        let [full, compact, triangles] = read
-            .each_ref()
-            .map(|records| count_distinct(records.iter().map(|[first, last]| [first / bytes, last / bytes])));
-        CacheLines { nodes: full + compact, triangles }
-    });
-    read.iter_mut().for_each(Vec::clear);
-    found
 }

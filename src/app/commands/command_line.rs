@@ -161,6 +161,11 @@ fn render_line(state: &AppState, side: TreeSide) -> String {
     let list = || hidden.iter().map(u32::to_string).collect::<Vec<_>>().join(",");
     line.flag("--hide", (!hidden.is_empty()).then(list));
     line.flag("--isolate", isolated.map(|node| node.to_string()));
+    if uses_overlay(state) || state.counts_layouts() {
+        // That of a second tree is not on show.
+        let layout = state.model.layout_name().filter(|_| state.wanted.second.is_none());
+        line.flag("--layout", layout.map(|name| quote(&name)));
+    }
     if uses_overlay(state) {
         overlay_flags(state, &mut line);
     }

@@ -145,7 +145,9 @@ impl FirstView {
         let hidden = hidden_triangles(accel, table, &mut self.hidden);
         let Self { camera, settings, size_px, coarseness, adaptation, clusters, .. } = self;
         let accel = Arc::clone(accel);
-        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second: None, difference: false };
+        // Layouts of the tree are made once it is presented.
+        let (layout, second) = (None, None);
+        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, layout, second, difference: false };
         let frame = Arc::new(key.trace(coarseness, adaptation, false, token, &|_| {})?);
         Ok(Rendered { key, frame, second: None, difference: None, complete: [false; 2], last: false })
     }

@@ -283,7 +283,8 @@ impl Reconciler {
         let second = self.second.newest(&accel, state);
         let difference = second.is_some() && state.wanted.shows_difference();
         let (settings, clusters) = (state.wanted.traced(), state.cluster_cut(Some(&accel)));
-        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, second, difference };
+        let layout = state.counted_layout(&accel);
+        let key = RenderKey { accel, camera, settings, size_px, hidden, clusters, layout, second, difference };
         self.render.request(key, state.wanted.threads, moving, stale, now);
     }
 

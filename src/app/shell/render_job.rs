@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::accel::laid::CountedLayout;
 use crate::accel::{Accel, are_same};
 use crate::app::studies::latest::WorkerPool;
 use crate::camera::Camera;
@@ -27,6 +28,8 @@ pub(crate) struct RenderKey {
     pub hidden: Option<Arc<TriangleSet>>,
     /// The cut through the first tree whose nodes cluster colours show.
     pub clusters: Option<ClusterCut>,
+    /// The layout of the first tree that a heat map counts; `None` beside a second tree.
+    pub layout: Option<CountedLayout>,
     /// The second tree, which is traced after the first one in the same view; compared by identity.
     pub second: Option<Arc<Accel>>,
     /// Whether the difference of the two pictures is wanted.
@@ -49,6 +52,7 @@ impl RenderKey {
             && self.settings == other.settings
             && self.size_px == other.size_px
             && self.clusters == other.clusters
+            && self.layout == other.layout
             && are_same(self.hidden.as_ref(), other.hidden.as_ref())
     }
 
@@ -57,7 +61,8 @@ impl RenderKey {
         let accel = if tree == 0 { Arc::clone(&self.accel) } else { Arc::clone(self.second.as_ref()?) };
         // Merges are shown in the first tree.
         let clusters = self.clusters.clone().filter(|_| tree == 0);
-        Some(Self { accel, second: None, difference: false, hidden: self.hidden.clone(), clusters, ..*self })
+        let (hidden, layout) = (self.hidden.clone(), self.layout.clone());
+        Some(Self { accel, second: None, difference: false, hidden, clusters, layout, ..*self })
     }
 
     /// Traces one picture through the first tree in which `coarseness`² pixels share a ray, and whose exposure
@@ -80,6 +85,7 @@ impl RenderKey {
             count_tests,
             hidden: self.hidden.clone(),
             clusters: self.clusters.clone(),
+            layout: self.layout.clone(),
         };
         render_adapting(&request, adaptation, token, deliver)
     }

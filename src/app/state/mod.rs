@@ -57,6 +57,7 @@ use glam::{DVec3, Vec3};
 use self::paper::RowFormat;
 use self::ray_file::Reading;
 use crate::accel::Accel;
+use crate::accel::laid::CountedLayout;
 use crate::catalog::metrics::Source;
 use crate::lab::population::{Population, ViewRays};
 use crate::lab::ray::RayRequest;
@@ -341,17 +342,28 @@ impl AppState {
     }
 
     /// Fits the heat map to every picture again, with a message, where its fixed range belongs to another model, shading or
-    /// traversal; called once a UI frame.
+    /// traversal, or to the traced trees and not to a layout; called once a UI frame.
     pub fn follow_heat_range(&mut self) {
         if self.opens_shared() {
             // The range is that of the model that is about to be opened.
             return;
         }
-        if wanted::follow_heat_basis(&mut self.model.heat_basis, &mut self.wanted) {
+        let is_of_layout = self.model.layout.chosen.is_some() && self.counts_layouts();
+        if wanted::follow_heat_basis(&mut self.model.heat_basis, &mut self.wanted, is_of_layout) {
             let text =
                 "The heat range is fitted to every picture again: the fixed one was for other counts (C fixes it)";
             self.messages.notify(Severity::Info, text);
         }
+    }
+
+    /// Heat maps count the layout on show. Two trees are compared by their own counts.
+    pub fn counts_layouts(&self) -> bool {
+        self.wanted.second.is_none() && self.wanted.render.shading.is_of_layouts()
+    }
+
+    /// The layout of `accel` that the picture counts, once it is laid out.
+    pub fn counted_layout(&self, accel: &Arc<Accel>) -> Option<CountedLayout> {
+        self.model.laid_out(accel).filter(|_| self.counts_layouts())
     }
 
     /// Whether the model of a shared state is about to be opened: it is wanted from the end of this UI frame on.

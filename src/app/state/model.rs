@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::accel::Accel;
+use crate::accel::laid::CountedLayout;
 use crate::app::format;
 use crate::app::state::comparison::{Comparison, Counted, TreeNumbers};
 use crate::app::state::curve::CurveState;
@@ -14,16 +15,17 @@ use crate::app::state::picture_layout::PictureLayout;
 use crate::app::state::picture_ray::PictureRay;
 use crate::app::state::playback::Playback;
 use crate::app::state::wanted::HeatBasis;
+use crate::catalog::layouts::NamedLayout;
 use crate::catalog::numbers::Number;
 use crate::catalog::reading::{TraceReading, TreeReading};
 use crate::catalog::settings::{preset_name, short_name};
 use crate::lab::diff::DifferenceMap;
 use crate::lab::file_and_builder;
-use crate::lab::layouts::NamedLayout;
 use crate::overlay::NodeTable;
 use crate::render::Frame;
 use crate::scene::{LoadOptions, Scene, SceneSource};
 use bvhscope_engine::geometry::Aabb;
+use bvhscope_engine::layouts::KeptNodes;
 use bvhscope_engine::query::closed::Edges;
 use bvhscope_engine::tree::ContainerKind;
 
@@ -253,9 +255,8 @@ impl Model {
     /// Makes the table of the layout on show, once its nodes are known of the presented tree; called once a UI frame.
     pub fn follow_layout(&mut self) {
         let kept = self.presented.as_ref().and_then(|shown| {
-            let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
-            let kept = self.layout.kept.get(&shown.accel, &inputs)?;
-            Some((&shown.accel, kept.as_ref().as_ref().ok()?))
+            let kept = self.kept_nodes(&shown.accel)?;
+            Some((&shown.accel, kept.as_ref().ok()?))
         });
         let table = kept.map(|(accel, kept)| {
             let is_same = |table: &&Arc<NodeTable>| {
@@ -265,6 +266,18 @@ impl Model {
             known.unwrap_or_else(|| Arc::new(NodeTable::of_layout(accel, kept)))
         });
         self.layout.table = table;
+    }
+
+    /// The nodes that the chosen layout keeps of this tree, or why there are none, once that is known.
+    fn kept_nodes(&self, accel: &Arc<Accel>) -> Option<&Result<Arc<KeptNodes>, String>> {
+        let inputs = self.layout.inputs(&self.derived, accel)?;
+        Some(self.layout.kept.get(accel, &inputs)?.as_ref())
+    }
+
+    /// The layout on show, laid out from this tree.
+    pub(super) fn laid_out(&self, accel: &Arc<Accel>) -> Option<CountedLayout> {
+        let kept = self.kept_nodes(accel)?.as_ref().ok()?;
+        Some(CountedLayout { choice: self.layout.chosen?, kept: Arc::clone(kept) })
     }
 
     /// The table of the layout on show, of this tree; `None` where the binary tree is shown.
@@ -287,7 +300,6 @@ impl Model {
     /// Why the chosen layout is not shown.
     pub fn layout_fault(&self) -> Option<&str> {
         let shown = self.presented.as_ref()?;
-        let inputs = self.layout.inputs(&self.derived, &shown.accel)?;
-        self.layout.kept.get(&shown.accel, &inputs)?.as_ref().as_ref().err().map(String::as_str)
+        self.kept_nodes(&shown.accel)?.as_ref().err().map(String::as_str)
     }
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use crate::accel::Accel;
 use crate::app::state::derived::Derived;
 use crate::app::state::study::Study;
-use crate::lab::layouts::LayoutChoice;
+use crate::catalog::layouts::LayoutChoice;
 use crate::lab::population::ViewRays;
 use crate::overlay::NodeTable;
-use bvhscope_engine::layouts::{Collapse, KeptNodes};
+use bvhscope_engine::layouts::KeptNodes;
 
 /// Inputs of the nodes that a layout keeps.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +33,7 @@ pub struct PictureLayout {
 impl PictureLayout {
     /// The chosen layout needs measured visits.
     pub fn is_by_visits(&self) -> bool {
-        matches!(self.chosen, Some(LayoutChoice::Described(layout)) if layout.collapse == Collapse::Visits)
+        self.chosen.is_some_and(LayoutChoice::is_by_visits)
     }
 
     /// Inputs of the nodes that the chosen layout keeps of `accel`; `None` where none is chosen, and while its rays are not known.

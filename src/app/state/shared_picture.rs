@@ -9,7 +9,7 @@ use crate::app::state::model::Model;
 use crate::app::state::picture_cut::SharedMerges;
 use crate::app::state::picture_ray::{RaySource, SharedRayView};
 use crate::camera::Camera;
-use crate::lab::layouts::LayoutChoice;
+use crate::catalog::layouts::LayoutChoice;
 use crate::lab::population::Population;
 use crate::lab::ray::RayMethod;
 use crate::render::{RayKind, RayStart};

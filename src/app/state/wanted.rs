@@ -209,11 +209,14 @@ pub struct HeatBasis {
     source: SceneSource,
     shading: Shading,
     traversal: Traversal,
+    /// The counts are those of a layout: of any, so that layouts are compared by the same colours.
+    is_of_layout: bool,
 }
 
-/// Gives a fixed range of the heat map up where model, shading or traversal are no longer those it was fixed for. Modes other than
+/// Gives a fixed range of the heat map up where model, shading or traversal are no longer those it was fixed for, or where counts of the
+/// traced trees give way to those of a layout. Modes other than
 /// heat maps keep it. Returns whether it was given up.
-pub(super) fn follow_heat_basis(known: &mut Option<HeatBasis>, wanted: &mut Wanted) -> bool {
+pub(super) fn follow_heat_basis(known: &mut Option<HeatBasis>, wanted: &mut Wanted, is_of_layout: bool) -> bool {
     let render = &wanted.render;
     if render.heat_range.is_none() {
         *known = None;
@@ -222,7 +225,8 @@ pub(super) fn follow_heat_basis(known: &mut Option<HeatBasis>, wanted: &mut Want
     if !matches!(render.shading, Shading::Heat(_)) {
         return false;
     }
-    let basis = HeatBasis { source: wanted.source.clone(), shading: render.shading, traversal: render.traversal };
+    let (source, traversal) = (wanted.source.clone(), render.traversal);
+    let basis = HeatBasis { source, shading: render.shading, traversal, is_of_layout };
     let is_other = known.as_ref().is_some_and(|known| *known != basis);
     *known = (!is_other).then_some(basis);
     if is_other {

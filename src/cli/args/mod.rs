@@ -29,6 +29,7 @@ use super::named::{help, named, rays, rays_help, simd};
 use super::values::{self, ModelParser};
 #[cfg(feature = "gui")]
 use crate::app::SharedState;
+use crate::catalog::layouts::LayoutChoice;
 use crate::headless::{MeasuringRays, Times};
 use crate::overlay::OverlaySettings;
 use crate::render::{Background, RenderSettings};
@@ -181,6 +182,7 @@ pub struct AroundArgs {
   bvhscope render bunny.obj -o bunny.png --size 1920x1080 --samples 64
   bvhscope render bunny.obj -o boxes.png --overlay box --depth 5..7 --camera front
   bvhscope render bunny.obj -o heat.png --shading heat --heat-range 0..80
+  bvhscope render bunny.obj -o lines.png --shading heat-lines --layout '4 optimal, 8, leaves 4'
   bvhscope render bunny.obj -o bunny.exr
   bvhscope render fox.glb -o fox.png --clip Run --time 0.4
   bvhscope render builtin:walker -o walker.gif --frames 0..1:0.04 --size 480x480
@@ -234,6 +236,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "AXIS=POSITION", value_parser = SectionChoice::parse, allow_hyphen_values = true,
           help_heading = "Picture")]
     pub section: Option<SectionChoice>,
+    /// Count heat maps in this layout of the tree, and draw its nodes: 'engine', or as 'layouts' names it, '4 optimal, 8, leaves 4'
+    #[arg(long, value_name = "NAME", value_parser = LayoutChoice::parse, help_heading = "Picture")]
+    pub layout: Option<LayoutChoice>,
 }
 
 #[derive(Debug, Args)]

@@ -99,6 +99,7 @@ pub fn render(args: RenderArgs) -> Result<RenderCommand, Failure> {
             None => moment(args.motion.moment),
         },
         follow: follow(&args.follow),
+        layout: args.layout,
     })
 }
 

@@ -2,8 +2,9 @@
 
 use super::aligned::ReportTable;
 use super::format::{number, short};
+use crate::catalog::layouts::NamedLayout;
 use crate::lab::cost_row::{CostRow, by_population};
-use crate::lab::layouts::{LaidOut, NamedLayout};
+use crate::lab::layouts::LaidOut;
 use crate::text::{count, counted};
 
 /// The tables of the rows of one model.

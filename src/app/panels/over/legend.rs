@@ -277,7 +277,9 @@ fn picture_legend(state: &AppState) -> Option<LegendBox> {
         Shading::Clusters => (format!("Picture: {}", clusters(frame)), Part::Text("one colour each".to_owned())),
         Shading::Copies => ("Picture: copies".to_owned(), of_copies(shown, "one colour each")),
         Shading::Meshes => ("Picture: meshes".to_owned(), of_copies(shown, "one colour for all copies of a mesh")),
-        Shading::Heat(kind) => (format!("Picture: {} per pixel", kind.counted()), values_ramp(frame)),
+        Shading::Heat(kind) => {
+            (format!("Picture: {} per pixel{}", kind.counted(), frame.in_layout()), values_ramp(frame))
+        }
         Shading::Depth => ("Picture: depth".to_owned(), values_ramp(frame)),
         Shading::Thickness => ("Picture: thickness".to_owned(), values_ramp(frame)),
         Shading::Distance => (format!("Picture: distance, a line every {}", frame.line_spacing), values_ramp(frame)),
