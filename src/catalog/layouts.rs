@@ -139,7 +139,16 @@ mod tests {
         for name in ["engine".to_owned(), NamedLayout::engine("f32+8").name()] {
             assert_eq!(LayoutChoice::parse(&name), Ok(LayoutChoice::Engine), "{name}");
         }
-        for text in ["", "8", "8 best f32 4", "8 optimal f32", "8 optimal 12 4", "17 optimal f32 4", "8 optimal f32 0", "engine f32"] {
+        for text in [
+            "",
+            "8",
+            "8 best f32 4",
+            "8 optimal f32",
+            "8 optimal 12 4",
+            "17 optimal f32 4",
+            "8 optimal f32 0",
+            "engine f32",
+        ] {
             let error = LayoutChoice::parse(text);
             let expected = "engine or a layout is expected, as '4 optimal, 8, leaves 4'";
             assert_eq!(error, Err(expected.to_owned()), "{text}");

@@ -67,10 +67,7 @@ impl HeatKind {
 
     /// A layout of wide trees has such counts.
     pub const fn is_of_layouts(self) -> bool {
-        matches!(
-            self,
-            Self::Containers | Self::Primitives | Self::Both | Self::Steps | Self::Lines | Self::WholeRay
-        )
+        matches!(self, Self::Containers | Self::Primitives | Self::Both | Self::Steps | Self::Lines | Self::WholeRay)
     }
 
     /// The counted quantity in the plural, for labels.

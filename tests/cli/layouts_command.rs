@@ -5,12 +5,16 @@ use std::path::Path;
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// Exit code, output and stderr of `bvhscope layouts` with `args` in `folder`.
-fn layouts(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let output =
-        Command::cargo_bin("bvhscope").unwrap().current_dir(folder).arg("layouts").args(args).output().unwrap();
+/// Exit code, output and stderr of a command with `args` in `folder`.
+fn bvhscope(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("bvhscope").unwrap().current_dir(folder).args(args).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// Those of `bvhscope layouts`.
+fn layouts(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    bvhscope(folder, &[&["layouts"], args].concat())
 }
 
 fn rows(text: &str) -> Vec<Value> {
@@ -159,6 +163,47 @@ fn what_has_no_layouts_is_refused_by_name() {
     refused(&["builtin:teapot:2", "--collapse", "best"], 2, "one of greedy, optimal, memory, visits is expected");
     refused(&["builtin:teapot:2", "--json", "--csv", "-"], 2, "both write to standard output");
     refused(&["builtin:teapot:2", "--plot", "front.pdf"], 2, "must end in .png or .svg");
+}
+
+#[test]
+fn a_heat_map_is_of_the_layout_that_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |args: &[&str]| bvhscope(folder.path(), &[&["render", "--size", "320x200"], args].concat());
+    let picture = |name: &str, args: &[&str]| {
+        let args = [&["builtin:teapot:2", "--shading", "heat-lines", "-o", name, "--json"], args].concat();
+        let (code, out, error) = render(&args);
+        assert_eq!(code, 0, "{args:?}: {error}");
+        let row: Value = serde_json::from_str(&out).unwrap();
+        (row, error, std::fs::read(folder.path().join(name)).unwrap())
+    };
+    let plain = ["--legend", "off"];
+    let (tree, _, of_tree) = picture("tree.png", &plain);
+    let (_, _, of_engine) = picture("engine.png", &["--legend", "off", "--layout", "engine"]);
+    assert!(of_tree == of_engine, "the program's own tree is a layout of the same counts");
+    assert_eq!(tree["layout"], Value::Null);
+    let name = "4 optimal, 8, leaves 4";
+    let (row, error, of_layout) = picture("layout.png", &["--layout", name]);
+    assert_eq!(row["layout"], name);
+    assert_eq!(row["tests_per_ray"], tree["tests_per_ray"], "numbers of the tree stay its own");
+    assert!(error.contains("Cache lines of each ray in 4 optimal, 8, leaves 4, colours from 0 to"), "{error}");
+    let (_, _, short) = picture("short.png", &["--layout", "4,optimal,8,4"]);
+    assert!(of_layout == short, "another way to write its name");
+    let visits = ["--layout", "8 visits, f32, leaves 4"];
+    assert_eq!(picture("visits.png", &visits).0["layout"], visits[1]);
+
+    let refused = |args: &[&str], code: i32, expected: &str| {
+        let (found, _, error) = render(&[args, &["-o", "refused.png"]].concat());
+        assert!(found == code && error.contains(expected), "{args:?}: {found}, {error}");
+    };
+    let heat = ["--shading", "heat", "--layout", "engine"];
+    refused(&[&["builtin:teapot:2"][..], &["--layout", "engine"]].concat(), 2, "--shading lit has nothing of a layout");
+    refused(&["builtin:teapot:2", "--layout", "8 best, f32, leaves 4"], 2, "engine or a layout is expected");
+    refused(&[&["builtin:teapot:2", "--container", "sphere"][..], &heat].concat(), 1, "this is one of spheres");
+    refused(
+        &[&["builtin:village", "--instances", "two-level"][..], &heat].concat(),
+        1,
+        "load it with --instances flat",
+    );
 }
 
 #[test]

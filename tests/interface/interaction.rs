@@ -7,6 +7,7 @@ use bvhscope::app::commands::{Action, command_line};
 use bvhscope::app::format;
 use bvhscope::app::state::{PickedTriangle, Severity};
 use bvhscope::app::viewport::picking;
+use bvhscope::catalog::layouts::LayoutChoice;
 use bvhscope::overlay::OverlaySettings;
 use bvhscope::render::{HeatKind, Shading};
 use bvhscope::scene::SceneSource;
@@ -270,6 +271,12 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     state.wanted.render.shading = Shading::Heat(HeatKind::Both);
     state.wanted.render.traversal = Traversal::Paper;
     settle(&mut harness);
+    compare_with_command_line(&mut harness);
+    // The same of a layout, and with its nodes.
+    let state = &mut harness.state_mut().state;
+    state.model.layout.chosen = LayoutChoice::parse("4 optimal, 8, leaves 4").ok();
+    compare_with_command_line(&mut harness);
+    harness.state_mut().state.preferences.show_containers = true;
     compare_with_command_line(&mut harness);
 }
 

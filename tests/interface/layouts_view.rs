@@ -1,9 +1,13 @@
 //! The view "Layouts".
 
+use bvhscope::app::commands::command_line;
+use bvhscope::app::state::SecondTree;
 use bvhscope::app::views::icicle::IcicleView;
+use bvhscope::catalog::layouts::LayoutChoice;
 use bvhscope::lab::layouts::{LaidOut, LayoutPlan, kept_nodes, layouts};
 use bvhscope::lab::population::Population;
 use bvhscope::lab::report_table::number;
+use bvhscope::render::{HeatKind, Shading};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::layouts::Collapse;
 use bvhscope_engine::tree::ContainerKind;
@@ -120,6 +124,53 @@ fn a_layout_on_show_is_drawn_and_is_the_icicle() {
     settle(&mut harness);
     assert_eq!(harness.state().state.model.layout.chosen, None);
     assert_eq!(shown_nodes(&mut harness), binary);
+}
+
+#[test]
+fn a_heat_map_counts_the_layout_on_show_and_its_legend_names_it() {
+    let mut harness = open();
+    let row = measured(&harness, &LayoutPlan::default()).into_iter().nth(4).expect("a row");
+    let state = &mut harness.state_mut().state;
+    state.wanted.render.shading = Shading::Heat(HeatKind::Lines);
+    state.wanted.render.heat_range = Some([0.0, 40.0]);
+    settle(&mut harness);
+    let legend = |harness: &Window, text: &str| {
+        harness.query_all_by_label_contains("Legend. Picture: cache lines per pixel").count() == 1
+            && harness.query_by_label_contains(&format!("cache lines per pixel{text}")).is_some()
+    };
+    let in_layout = format!(" in {}", row.layout.name());
+    assert!(legend(&harness, "") && !legend(&harness, &in_layout));
+    let of_tree = presented(&harness).frame;
+
+    harness.state_mut().state.model.layout.toggle(row.layout.choice);
+    settle(&mut harness);
+    assert!(legend(&harness, &in_layout), "the legend names the layout");
+    assert_eq!(harness.state().state.wanted.render.heat_range, None, "the range was that of other counts");
+    let frame = presented(&harness).frame;
+    assert_eq!((frame.layout, &frame.primitive), (Some(row.layout.choice), &of_tree.primitive));
+    assert_ne!(frame.values, of_tree.values);
+    assert_eq!(frame.stats.tests_per_ray(), of_tree.stats.tests_per_ray(), "numbers of the tree stay its own");
+    let flag = format!("--layout '{}'", row.layout.name());
+    assert!(command_line(&harness.state().state).contains(&flag), "{}", command_line(&harness.state().state));
+
+    // A fixed range compares one layout with another.
+    harness.state_mut().state.wanted.render.heat_range = Some([0.0, 30.0]);
+    settle(&mut harness);
+    harness.state_mut().state.model.layout.toggle(LayoutChoice::Engine);
+    settle(&mut harness);
+    assert_eq!(harness.state().state.wanted.render.heat_range, Some([0.0, 30.0]));
+    assert_eq!(presented(&harness).frame.values, of_tree.values, "of the tree that is traced, as a layout");
+
+    // Other shadings keep their picture, and two trees are compared by their own counts.
+    harness.state_mut().state.wanted.render.shading = Shading::Heat(HeatKind::AllHits);
+    settle(&mut harness);
+    assert_eq!(presented(&harness).frame.layout, None);
+    let state = &mut harness.state_mut().state;
+    state.wanted.render.shading = Shading::Heat(HeatKind::Lines);
+    state.wanted.second = Some(SecondTree::new(state.wanted.build));
+    settle(&mut harness);
+    assert_eq!(presented(&harness).frame.layout, None);
+    assert!(!command_line(&harness.state().state).contains("--layout"));
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod cut_pictures;
 mod golden_formats;
 mod golden_images;
 mod lab;
+mod layout_pictures;
 mod overlay;
 mod overlays;
 mod picture_invariants;

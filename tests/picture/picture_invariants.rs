@@ -61,6 +61,7 @@ fn a_closed_room_is_exposed_more_and_all_passes_of_a_view_alike() {
             count_tests: false,
             hidden: None,
             clusters: None,
+            layout: None,
         };
         render_adapting(&request, adaptation, &CancelToken::new(), &|_| ()).unwrap()
     };

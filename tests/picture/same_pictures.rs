@@ -142,6 +142,7 @@ fn a_coarse_picture_does_not_depend_on_the_wide_tree() {
                     count_tests: false,
                     hidden: None,
                     clusters: None,
+                    layout: None,
                 };
                 (render(&request, &CancelToken::new(), &|_| ()).unwrap(), accel)
             };
