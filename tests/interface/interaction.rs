@@ -272,11 +272,12 @@ fn the_copied_command_line_makes_the_picture_of_the_window() {
     state.wanted.render.traversal = Traversal::Paper;
     settle(&mut harness);
     compare_with_command_line(&mut harness);
-    // The same of a layout, and with its nodes.
-    let state = &mut harness.state_mut().state;
-    state.model.layout.chosen = LayoutChoice::parse("4 optimal, 8, leaves 4").ok();
+    // The same of a layout, and then its nodes.
+    harness.state_mut().state.model.layout.chosen = LayoutChoice::parse("4 optimal, 8, leaves 4").ok();
     compare_with_command_line(&mut harness);
-    harness.state_mut().state.preferences.show_containers = true;
+    let state = &mut harness.state_mut().state;
+    state.preferences.show_containers = true;
+    state.wanted.render.shading = Shading::Lit;
     compare_with_command_line(&mut harness);
 }
 
