@@ -211,6 +211,12 @@ impl Accel {
         scene.copies.as_ref().and_then(|_| refusal_of_copies(settings))
     }
 
+    /// Refuses a tree of `scene` with `settings` that memory does not suffice for.
+    pub fn check_memory(scene: &Scene, settings: &BuildSettings) -> Result<(), BuildError> {
+        let bytes = scene.built_triangles().len() as u64 * peak_bytes_per_triangle(settings);
+        Budget::of_process().check("the tree", bytes).map_err(|error| BuildError::Refused(error.to_string()))
+    }
+
     /// [`Accel::build`] without the wide tree, which then is made on request.
     pub fn build_binary(scene: &Arc<Scene>, settings: &BuildSettings, token: &CancelToken) -> Result<Self, BuildError> {
         Self::build_with_session(scene, settings, None, token)
@@ -226,14 +232,13 @@ impl Accel {
         if let Some(reason) = Self::refusal(scene, settings) {
             return Err(BuildError::Refused(reason));
         }
-        let bytes = scene.built_triangles().len() as u64 * peak_bytes_per_triangle(settings);
-        let mut within_budget = Budget::of_process().check("the tree", bytes);
+        let mut within_budget = Self::check_memory(scene, settings);
         if let (Err(_), Some(session)) = (&within_budget, &mut session) {
             // The cache of earlier builds may hold the memory that is missing.
             **session = BuildSession::default();
-            within_budget = Budget::of_process().check("the tree", bytes);
+            within_budget = Self::check_memory(scene, settings);
         }
-        within_budget.map_err(|error| BuildError::Refused(error.to_string()))?;
+        within_budget?;
         let cache = session.map(|session| session.cache_for(scene));
         let recycler = cache.as_ref().map(|cache| cache.recycler()).unwrap_or_default();
         let BinaryBvh { tree, mut report } =
@@ -250,6 +255,36 @@ impl Accel {
         let mut accel = Self::new(scene, settings, tree, report, recycler);
         (accel.wide, accel.levels) = (wide.into(), Some(levels));
         Ok(accel)
+    }
+
+    /// [`Accel::build_binary`] of a scene of copies whose rays go through a tree over parts of them, up to `open` for each. Its stages are
+    /// those of what they go through; nodes and statistics remain those of the tree over whole copies, which has them.
+    pub fn build_opened(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        open: f32,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let mut accel = Self::build_binary(scene, settings, token)?;
+        let Some(levels) = &accel.levels else { return Ok(accel) };
+        let start = Instant::now();
+        let levels = levels.opened(settings, open, token)?;
+        let took = start.elapsed().saturating_sub(levels.wide().top().collapse_time);
+        accel.report.keep_stage("meshes");
+        accel.report.add_stage("parts", took);
+        accel.levels = Some(levels);
+        Ok(accel)
+    }
+
+    /// The wide tree that rays enter first: of a scene of copies that over them or over parts of them.
+    pub fn entered_first(&self) -> &WideBvh {
+        self.levels.as_ref().map_or_else(|| self.wide(), |levels| levels.wide().top())
+    }
+
+    /// Bytes of what rays read: the wide trees, and of two levels the places of the copies.
+    pub fn traced_bytes(&self) -> usize {
+        let flat = || self.wide().tree.node_bytes() + self.wide().tree.leaf_bytes();
+        self.levels.as_ref().map_or_else(flat, |levels| levels.wide().bytes())
     }
 
     /// A tree over `scene` that was made elsewhere, of any arity, such as one before its passes. Its times are zero.

@@ -36,8 +36,14 @@ pub fn rows(folder: &Path, repeat: usize) -> anyhow::Result<Vec<Value>> {
     for (name, file) in SCENES {
         let scene = Arc::new(load(&SceneSource::File(folder.join(file)), &LoadOptions::default(), &token)?);
         let (camera, place) = (NamedView::Outside.camera(&scene, scene.up), NamedView::Outside.place(&scene));
-        let subject =
-            Subject { model: name.to_owned(), load: LoadOptions::default(), scene, trees: Vec::new(), rays: None };
+        let subject = Subject {
+            model: name.to_owned(),
+            load: LoadOptions::default(),
+            scene,
+            trees: Vec::new(),
+            forms: Vec::new(),
+            rays: None,
+        };
         let setups = ContainerKind::ALL.map(|container| Setup {
             build: BuildSettings::preset(Preset::Fast, container),
             preset: Some(Preset::Fast),

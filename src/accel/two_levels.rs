@@ -60,6 +60,12 @@ impl TwoLevels {
         Ok(Self { scene: Arc::clone(scene), wide, above: None })
     }
 
+    /// The same with the tree above built anew over parts of the copies, up to `open` for each.
+    pub(super) fn opened(&self, settings: &BuildSettings, open: f32, token: &CancelToken) -> Result<Self, BuildError> {
+        let wide = Instances::of(Arc::clone(self.wide.copies()), settings, open, token)?;
+        Ok(Self { scene: Arc::clone(&self.scene), wide, above: None })
+    }
+
     /// The tree to be shown: `tree`, which is that over the copies, with the trees of the meshes of `copies` unfolded below it, if any.
     pub(super) fn unfold(
         &mut self,

@@ -32,6 +32,15 @@ pub const MOTION: [Field; 4] = [
     ("time_s", "Time of the clip in seconds"),
 ];
 
+/// Of `compare`, behind the settings.
+pub const FORM: [Field; 2] = [
+    (
+        "open",
+        "Of `compare`, of a scene of copies: most parts for each copy in the tree above, 1 for whole copies, null for the flat scene",
+    ),
+    ("traced_bytes", "Of `compare`, of a scene of copies: bytes of what rays read, wide trees and places of copies"),
+];
+
 /// Behind the settings.
 pub const THREADS: Field = ("threads", "Number of threads for building and tracing");
 
@@ -337,6 +346,7 @@ pub fn columns() -> Vec<&'static str> {
         .map(key)
         .chain(parameters().map(|row| row.key))
         .chain(MOTION.iter().map(key))
+        .chain(FORM.iter().map(key))
         .chain([key(&THREADS)]);
     tree.chain(keys()).chain(CONDITIONS.iter().map(key)).collect()
 }

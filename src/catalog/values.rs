@@ -71,6 +71,15 @@ impl Values {
         };
     }
 
+    /// Removes all numbers but these and their spreads.
+    pub fn keep(&mut self, numbers: &[&Number]) {
+        let is_kept = |key: &str| {
+            let mut kept = numbers.iter();
+            kept.any(|number| number.key == key || number.spread.is_some_and(|(spread, _)| spread == key))
+        };
+        self.0.retain(|key, _| is_kept(key));
+    }
+
     /// Removes a number.
     pub fn remove(&mut self, number: &Number) {
         self.0.remove(number.key);

@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use super::context::{Context, Failure, Finished, camera_of, in_pool};
 use super::cost_rows::RowsOf;
-use super::measure::of_job;
+use super::measure::{note_no_flat, of_job};
 use super::output::Output;
 use super::progress::Progress;
 use super::ray_input::MeasuringRays;
 use crate::accel::Accel;
-use crate::console::note;
 use crate::export::Protected;
 use crate::lab::LabError;
 use crate::lab::copy_costs::copy_costs;
@@ -19,7 +18,6 @@ use crate::lab::population::RayPlan;
 use crate::lab::report_table::{copy_tables, form_tables};
 use crate::render::RenderSettings;
 use crate::scene::{Instancing, SceneSource};
-use crate::text::printable;
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
@@ -135,7 +133,7 @@ fn flat_tree(accel: &Accel, token: &CancelToken) -> Result<Option<Accel>, LabErr
     match built {
         Ok(flat) => Ok(Some(flat)),
         Err(LabError::Refused(reason)) => {
-            note(format_args!("bvhscope: the flat scene is left out: {}", printable(&reason)));
+            note_no_flat(&reason);
             Ok(None)
         }
         Err(cancelled) => Err(cancelled),

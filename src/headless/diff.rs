@@ -122,7 +122,8 @@ pub fn run(command: &DiffCommand, context: &mut Context<'_>) -> Result<Finished,
     let has_bad_rays = rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
     let warned = has_faults || has_bad_rays || !scene.warnings.is_empty();
     let load = context.load.clone();
-    let subject = Subject { model: command.source.to_string(), scene, trees: Vec::new(), rays, load };
+    let subject =
+        Subject { model: command.source.to_string(), scene, trees: Vec::new(), forms: Vec::new(), rays, load };
     let progress = Progress::new(&format!("Comparing trees of {}", command.source.label()), &context.token);
     let found = diff(&subject, &trees, &view, &context.token).map_err(|error| of_job(error, &command.source))?;
     drop(progress);

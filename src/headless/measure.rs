@@ -14,14 +14,15 @@ use super::tree_origin::note_faults;
 use crate::accel::Accel;
 use crate::console::note;
 use crate::export::Protected;
+use crate::lab::copy_forms::flat_scene;
 use crate::lab::motion::AnimatePlan;
 use crate::lab::plot::Figure;
 use crate::lab::population::Populations;
 use crate::lab::prediction::Correlation;
 use crate::lab::report_table::{few_entering, summary, tables};
 use crate::lab::rows::write_csv;
-use crate::lab::{Job, LabError, Measurement, Subject, TraceView};
-use crate::scene::{Moment, Scene, SceneSource};
+use crate::lab::{Job, LabError, Measurement, SceneForm, Subject, TraceView, settings_of_forms};
+use crate::scene::{Instancing, LoadOptions, Moment, Scene, SceneSource, load};
 use crate::text::{counted, printable, shown_path};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
@@ -29,6 +30,9 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::Passes;
 use bvhscope_engine::tree::ContainerKind;
 use bvhscope_engine::tree::traverse::Traversal;
+
+/// Most parts for each copy in the opened tree that `compare` measures.
+const OPENED: f32 = 2.0;
 
 /// How rays are traced to be measured, in any model.
 #[derive(Debug, Clone)]
@@ -220,7 +224,8 @@ impl Run<'_> {
         let trees = self.read_trees(&scene, source, context)?;
         let rays = command.rays.read_file(&scene, &context.token)?;
         self.finished.warned |= rays.as_ref().is_some_and(|rays| !rays.faults.is_empty());
-        let subject = Subject { model: source.to_string(), scene, trees, rays, load: context.load.clone() };
+        let forms = other_forms(&command.job, &scene, source, context)?;
+        let subject = Subject { model: source.to_string(), scene, trees, rays, load: context.load.clone(), forms };
         if let Some(reason) = command.job.left_out(&subject) {
             note(format_args!("bvhscope: {}: trees left out: {reason}", printable(&source.to_string())));
         }
@@ -300,6 +305,42 @@ impl Run<'_> {
         }
         Ok(trees)
     }
+}
+
+/// The forms of a scene of copies that `compare` measures beside its own: flat, where memory allows, in two levels, and opened.
+fn other_forms(
+    job: &Job,
+    scene: &Arc<Scene>,
+    source: &SceneSource,
+    context: &Context<'_>,
+) -> Result<Vec<SceneForm>, ModelFailure> {
+    let token = &context.token;
+    let levels = match scene.form() {
+        _ if !matches!(job, Job::Compare { .. }) => return Ok(Vec::new()),
+        Instancing::Auto => return Ok(Vec::new()),
+        Instancing::TwoLevel => Arc::clone(scene),
+        Instancing::Flat => {
+            let options = LoadOptions { instances: Instancing::TwoLevel, ..context.load.clone() };
+            Arc::new(in_pool(|| load(source, &options, token)).map_err(Failure::from)?)
+        }
+    };
+    let mut forms = Vec::new();
+    if scene.copies.is_none() {
+        forms.push(SceneForm::of(&levels));
+    } else {
+        match in_pool(|| flat_scene(scene, &settings_of_forms(), token)) {
+            Ok(flat) => forms.push(SceneForm::of(&flat)),
+            Err(LabError::Refused(reason)) => note_no_flat(&reason),
+            Err(cancelled) => return Err(of_job(cancelled, source).into()),
+        }
+    }
+    forms.push(SceneForm { scene: levels, open: Some(OPENED) });
+    Ok(forms)
+}
+
+/// Says that memory does not suffice for the flat form of a scene.
+pub(super) fn note_no_flat(reason: &str) {
+    note(format_args!("bvhscope: the flat scene is left out: {}", printable(reason)));
 }
 
 /// The view of each camera of a command; one where two names stand for the same place.

@@ -1,7 +1,8 @@
 //! The builders, presets and optimisation passes compared on one scene.
 
+use super::copy_forms::form_name;
 use super::measure::{LabError, RowSink, measure_contenders};
-use super::setup::{Setup, Subject, TraceView};
+use super::setup::{Contender, SceneForm, Setup, Subject, TraceView};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Curve, Pass, Passes, Preset};
 use bvhscope_engine::tree::ContainerKind;
@@ -63,6 +64,30 @@ pub fn compare(
     rows: &mut dyn RowSink,
 ) -> Result<(), LabError> {
     let setups = compared_setups(containers, subject.scene.triangles.len(), slow, threads);
-    let contenders = subject.contenders(&subject.possible(&setups), threads);
+    let mut contenders = subject.contenders(&subject.possible(&setups), threads);
+    if !subject.forms.is_empty() {
+        let is_own = |own: &&mut Contender| own.read.is_none() && own.setup.build == settings_of_forms();
+        // Its forms stand beside it.
+        if let Some(own) = contenders.iter_mut().find(is_own) {
+            own.label = Some(name_in(&SceneForm::of(&subject.scene)));
+        }
+        contenders.extend(subject.forms.iter().map(|form| in_form(form, threads)));
+    }
     measure_contenders("compare", subject, &contenders, view, token, rows)
+}
+
+/// The settings of the trees of all forms of a scene of copies.
+pub fn settings_of_forms() -> BuildSettings {
+    BuildSettings::preset(Preset::Fast, ContainerKind::Aabb)
+}
+
+/// The tree of the preset Fast in a form of the scene.
+fn in_form(form: &SceneForm, threads: usize) -> Contender {
+    let setup = Setup { build: settings_of_forms(), preset: Some(Preset::Fast), threads };
+    Contender { label: Some(name_in(form)), form: Some(form.clone()), ..setup.into() }
+}
+
+/// The name of that tree.
+fn name_in(form: &SceneForm) -> String {
+    format!("{}, {}", Preset::Fast.name(), form_name(form.open))
 }

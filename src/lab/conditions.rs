@@ -10,7 +10,7 @@ use super::setup::{Contender, Subject, TraceView};
 use crate::camera::{Camera, Projection};
 use crate::catalog::settings::written;
 use crate::provenance::{self, VERSION, commit, date, machine};
-use crate::scene::to_file;
+use crate::scene::{LoadOptions, to_file};
 use crate::text::quote;
 use crate::view::Place;
 use bvhscope_engine::kernel::SimdLevel;
@@ -93,15 +93,18 @@ fn degrees(camera: &Camera) -> f32 {
     (camera.fov_y.to_degrees() * 1e3).round() / 1e3
 }
 
-/// The `bvhscope bench` command that measures one tree with the same rays.
+/// The `bvhscope bench` command that measures one tree with the same rays; of an opened one, which that cannot build, `bvhscope compare`.
 fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, threads: usize) -> String {
-    let mut line = format!("bvhscope bench {}", quote(&subject.model));
+    let is_opened = contender.opened().is_some();
+    let mut line = format!("bvhscope {} {}", if is_opened { "compare" } else { "bench" }, quote(&subject.model));
     let mut flag = |name: &str, value: Option<&str>| {
         let value = value.map_or_else(String::new, |value| format!(" {}", quote(value)));
         // Writing into a string cannot fail.
         let _ = write!(line, " --{name}{value}");
     };
-    tree_flags(contender, &mut flag);
+    if !is_opened {
+        tree_flags(contender, &mut flag);
+    }
     flag("threads", Some(&threads.to_string()));
     flag("simd", Some(view.simd.name()));
     flag("size", Some(&format!("{}x{}", view.size[0], view.size[1])));
@@ -131,7 +134,8 @@ fn command_line(subject: &Subject, contender: &Contender, view: &TraceView, thre
         flag("clip", Some(&moment.clip.to_string()));
         flag("time", Some(&moment.seconds.to_string()));
     }
-    for (key, value) in subject.load.written() {
+    let instances = subject.form_of(contender).map_or(subject.load.instances, |form| form.instances());
+    for (key, value) in (LoadOptions { instances, ..subject.load.clone() }).written() {
         flag(key, value.as_deref());
     }
     line

@@ -11,7 +11,7 @@ use super::measure::LabError;
 use super::population::{Population, ViewRays, listed};
 use crate::accel::Accel;
 use crate::catalog::fields::copy_columns;
-use crate::scene::SceneCopies;
+use crate::scene::{Scene, SceneCopies};
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::tree::traverse::TestCounts;
 use bvhscope_engine::{CopyCost, CopyCosts};
@@ -111,7 +111,7 @@ pub fn copy_costs(
     token: &CancelToken,
     row: &mut dyn FnMut(CostInPart),
 ) -> Result<(), LabError> {
-    let copies = copies_of(accel)?;
+    let copies = copies_of(&accel.scene)?;
     let [of_boxes, of_list, of_rays] = [token.part(0, 3), token.part(1, 3), token.part(2, 3)];
     let boxes = CopyBoxes::new(&accel.scene, copies, &of_boxes)?;
     let parts = Parts { copies, accel, most, of_meshes: boxes.of_meshes(&of_boxes)?, boxes };
@@ -132,9 +132,8 @@ pub fn copy_costs(
 /// # Errors
 ///
 /// [`LabError::Refused`] for a flat scene.
-pub(super) fn copies_of(accel: &Accel) -> Result<&SceneCopies, LabError> {
-    let copies = accel.scene.copies.as_deref();
-    copies.ok_or_else(|| LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()))
+pub(super) fn copies_of(scene: &Scene) -> Result<&SceneCopies, LabError> {
+    scene.copies.as_deref().ok_or_else(|| LabError::Refused("the scene is flat: it has no copies of meshes".to_owned()))
 }
 
 /// The parts of a scene that rows are of.

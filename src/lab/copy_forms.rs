@@ -21,7 +21,7 @@ use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
 use bvhscope_engine::tree::traverse::Probe;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::wide::trace::LineProbe;
-use bvhscope_engine::{Instances, Ray, Triangle, WideBvh};
+use bvhscope_engine::{BuildSettings, Instances, Ray, Triangle, WideBvh};
 
 /// Rays that one thread traces at a time.
 const RAYS_PER_TASK: usize = 1 << 10;
@@ -69,11 +69,16 @@ pub struct Form {
 impl Form {
     /// The form in a table.
     pub fn name(&self) -> String {
-        match self.open {
-            None => "flat".to_owned(),
-            Some(open) if open <= 1.0 => "two levels".to_owned(),
-            Some(open) => format!("two levels, opened to {open}"),
-        }
+        form_name(self.open)
+    }
+}
+
+/// A form by the most parts for each copy; `None` for the flat scene.
+pub fn form_name(open: Option<f32>) -> String {
+    match open {
+        None => "flat".to_owned(),
+        Some(open) if open <= 1.0 => "two levels".to_owned(),
+        Some(open) => format!("two levels, opened to {open}"),
     }
 }
 
@@ -141,16 +146,26 @@ impl Probe for WideCounts<'_> {
 ///
 /// # Errors
 ///
-/// [`LabError::Refused`] where memory does not suffice and for a scene that is flat already, and once `token` is cancelled.
+/// Those of [`flat_scene`].
 pub fn flat_form(accel: &Accel, token: &CancelToken) -> Result<Accel, LabError> {
-    let copies = copies_of(accel)?;
+    Ok(Accel::build(&flat_scene(&accel.scene, &accel.settings, token)?, &accel.settings, token)?)
+}
+
+/// The flat form of a scene of copies, of triangles alone, of which a tree with `settings` can be built.
+///
+/// # Errors
+///
+/// [`LabError::Refused`] where memory does not suffice and for a scene that is flat already, and once `token` is cancelled.
+pub fn flat_scene(scene: &Scene, settings: &BuildSettings, token: &CancelToken) -> Result<Arc<Scene>, LabError> {
+    let copies = copies_of(scene)?;
     let count = copies.triangle_count();
     let bytes = count * size_of::<Triangle>() as u64;
     let checked = Budget::of_process().check("the triangles of all copies", bytes);
     checked.map_err(|error| LabError::Refused(error.to_string()))?;
     let triangles = par_collect(count as usize, token, |number| copies.triangle(number as u32))?;
-    let scene = Arc::new(Scene::from_triangles(accel.scene.source.clone(), triangles));
-    Ok(Accel::build(&scene, &accel.settings, token)?)
+    let flat = Arc::new(Scene::from_triangles(scene.source.clone(), triangles));
+    Accel::check_memory(&flat, settings)?;
+    Ok(flat)
 }
 
 /// The cost of the rays of each population in the scene of `accel`, which has two levels, in these forms: as that of `flat`, if it is
@@ -168,7 +183,7 @@ pub fn copy_forms(
     token: &CancelToken,
     row: &mut dyn FnMut(CostInForm),
 ) -> Result<(), LabError> {
-    copies_of(accel)?;
+    copies_of(&accel.scene)?;
     let Some(levels) = accel.levels() else { unreachable!("it has copies") };
     let [of_list, of_forms] = [token.part(0, 2), token.part(1, 2)];
     let lists = listed(rays, accel, &of_list)?;
@@ -193,7 +208,7 @@ pub fn copy_forms(
             open: None,
             parts: None,
             ready_ms: millis(flat.report.build_time + wide.collapse_time),
-            traced_bytes: wide.tree.node_bytes() + wide.tree.leaf_bytes(),
+            traced_bytes: flat.traced_bytes(),
         };
         measure(0, form, &Traced::Flat(wide))?;
     }

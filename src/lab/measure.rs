@@ -140,12 +140,18 @@ fn try_once(
     token: &CancelToken,
     trial: &mut Trial,
 ) -> Result<(), LabError> {
-    let accel = match &contender.read {
-        Some(read) => Arc::clone(read),
-        None => Arc::new(Accel::build_binary(&subject.scene, &contender.setup.build, &token.part(0, 3))?),
+    let (scene, build) = (subject.scene_of(contender), &contender.setup.build);
+    let accel = match (&contender.read, contender.opened()) {
+        (Some(read), _) => Arc::clone(read),
+        (None, Some(open)) => Arc::new(Accel::build_opened(scene, build, open, &token.part(0, 3))?),
+        (None, None) => Arc::new(Accel::build_binary(scene, build, &token.part(0, 3))?),
     };
     accel.widen(&token.part(0, 3))?;
-    let trace = trace_primary(&request(&accel, view), view.traversal, &token.part(1, 3))?;
+    let trace = match contender.opened() {
+        None => Some(trace_primary(&request(&accel, view), view.traversal, &token.part(1, 3))?),
+        // There is no binary tree over parts.
+        Some(_) => None,
+    };
     let first = if trial.first.is_none() {
         Some(First {
             tests: count_tests(&request(&accel, view), &token.part(2, 3))?,
@@ -154,13 +160,17 @@ fn try_once(
             epo: accel.epo(view.epo_samples, &token.part(2, 3))?,
             hashes: [fingerprint::of_tree(&accel.tree, token)?, fingerprint::of_wide_tree(&accel.wide().tree, token)?],
             wide: WideReading::of(accel.wide()),
-            populations: populations(subject, &accel, view, token)?,
+            populations: match contender.opened() {
+                None => populations(subject, &accel, view, token)?,
+                Some(_) => Vec::new(),
+            },
+            traced_bytes: accel.traced_bytes(),
         })
     } else {
         None
     };
     let wide_trace = trace_primary_wide(&request(&accel, view), &token.part(2, 3))?;
-    trial.record(&accel.report.stages, &trace, accel.wide().collapse_time, &wide_trace);
+    trial.record(&accel.report.stages, trace.as_ref(), accel.entered_first().collapse_time, &wide_trace);
     if let Some(first) = first {
         trial.first = Some(first);
     }
@@ -245,8 +255,14 @@ mod tests {
             populations: Populations::ALL,
             epo_samples: None,
         };
-        let subject =
-            Subject { model: source.to_string(), scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
+        let subject = Subject {
+            model: source.to_string(),
+            scene,
+            trees: Vec::new(),
+            forms: Vec::new(),
+            rays: None,
+            load: LoadOptions::default(),
+        };
         let setups = ContainerKind::OF_PAPER.map(|container| Setup {
             build: BuildSettings::preset(Preset::Fast, container),
             preset: None,

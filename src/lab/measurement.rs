@@ -51,6 +51,9 @@ pub struct Measurement {
     /// Animate: the policy, and the moment that the tree is of.
     #[serde(flatten)]
     pub motion: Option<FrameOfClip>,
+    /// Compare: the form of a scene of copies that it is of, where that has rows in others.
+    #[serde(flatten)]
+    pub form: Option<FormOfCopies>,
     /// Number of threads for building and tracing.
     pub threads: usize,
     /// The numbers of the catalogue.
@@ -95,6 +98,15 @@ pub struct FrameOfClip {
     pub frame: usize,
     /// Time of the clip in seconds.
     pub time_s: f32,
+}
+
+/// The form of a scene of copies, and what rays read of it. Field names are the JSON names.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FormOfCopies {
+    /// Most parts for each copy in the tree above, 1 for whole copies; `None` of the flat scene.
+    pub open: Option<f32>,
+    /// Bytes of the wide trees of all levels, and of the places of copies.
+    pub traced_bytes: usize,
 }
 
 impl FrameOfClip {

@@ -52,12 +52,12 @@ pub mod rows;
 pub mod verdict;
 
 pub use bench::bench;
-pub use compare::{compare, compared_setups};
+pub use compare::{compare, compared_setups, settings_of_forms};
 pub use conditions::{Conditions, ViewConditions};
 pub use job::Job;
 pub use measure::{LabError, RowSink, measure, measure_contenders};
 pub use measurement::{Measurement, available_threads, file_and_builder, millis, pool};
 pub use scaling::scaling;
-pub use setup::{Contender, Setup, Subject, TraceView};
+pub use setup::{Contender, SceneForm, Setup, Subject, TraceView};
 pub use sweep::{SweepPlan, SweepPoint, sweep};
 pub use verdict::{Reading, Verdict};

@@ -129,15 +129,17 @@ pub fn correlation(x: &[f64], y: &[f64]) -> Option<f64> {
 }
 
 /// The trees of `rows` whose containers are of one kind and in which rays of `population` were measured, each with its row. Costs of
-/// boxes and of spheres do not compare.
+/// boxes and of spheres do not compare, nor do those of a tree over copies and of one over triangles.
 pub fn predicted_trees(
     rows: &[Measurement],
     container: ContainerKind,
     population: Population,
 ) -> Vec<(usize, PredictedTree)> {
+    let form = |row: &Measurement| row.form.map(|form| form.open);
     let tree = |row: &Measurement| {
         let measured = row.populations.iter().find(|measured| measured.population == population)?;
         let is_one = row.container == container && row.builder != "none" && measured.root_hits > 0;
+        let is_one = is_one && rows.first().map(form) == Some(form(row));
         is_one.then_some(PredictedTree { sah_cost: row.number(SAH_COST), epo: row.number(EPO), cost: measured.cost })
     };
     rows.iter().enumerate().filter_map(|(index, row)| Some((index, tree(row)?))).collect()

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::conditions::{Conditions, ViewConditions};
-use super::measurement::{FrameOfClip, Measurement};
+use super::measurement::{FormOfCopies, FrameOfClip, Measurement};
 use super::population::{MeasuredRays, Population};
 use super::speedup::prediction::{PredictedScaling, PredictedSpeedup, ScalingPrediction, StageWork};
 use super::verdict::{RowVerdict, Word};
@@ -29,6 +29,7 @@ pub(super) fn sample() -> Measurement {
         container: ContainerKind::Aabb,
         settings: settings(),
         motion: Some(FrameOfClip { policy: Policy::Rotate, clip: "run".to_owned(), frame: 37, time_s: 1.5 }),
+        form: Some(FormOfCopies { open: Some(2.5), traced_bytes: 1_031_000 }),
         traversal: "ordered".to_owned(),
         threads: 3,
         width_px: 101,

@@ -7,7 +7,7 @@ use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::ray_file::RaySet;
 use crate::render::RenderSettings;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{Instancing, LoadOptions, Scene};
 use crate::view::Place;
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::settings::{BuildSettings, Preset};
@@ -27,6 +27,34 @@ pub struct Subject {
     pub rays: Option<Arc<RaySet>>,
     /// How the scene was loaded.
     pub load: LoadOptions,
+    /// Other forms of a scene of copies, which `compare` measures beside its own.
+    pub forms: Vec<SceneForm>,
+}
+
+/// A scene of copies in one of its forms.
+#[derive(Debug, Clone)]
+pub struct SceneForm {
+    /// The scene, flat or in two levels.
+    pub scene: Arc<Scene>,
+    /// Most parts for each copy in the tree above, 1 for whole copies; `None` of the flat scene.
+    pub open: Option<f32>,
+}
+
+impl SceneForm {
+    /// The form of a scene as it is.
+    pub fn of(scene: &Arc<Scene>) -> Self {
+        Self { scene: Arc::clone(scene), open: scene.copies.is_some().then_some(1.0) }
+    }
+
+    /// How the model is loaded in this form.
+    pub fn instances(&self) -> Instancing {
+        if self.open.is_some() { Instancing::TwoLevel } else { Instancing::Flat }
+    }
+
+    /// How far the tree over the copies is opened, where it is.
+    pub fn opened(&self) -> Option<f32> {
+        self.open.filter(|open| *open > 1.0)
+    }
 }
 
 impl Subject {
@@ -46,6 +74,17 @@ impl Subject {
     pub fn contenders(&self, setups: &[Setup], threads: usize) -> Vec<Contender> {
         let read = self.trees.iter().map(|accel| Contender::of_file(accel, threads));
         setups.iter().map(|&setup| setup.into()).chain(read).collect()
+    }
+
+    /// The form in which a tree is measured; `None` where the scene has no others.
+    pub fn form_of(&self, contender: &Contender) -> Option<SceneForm> {
+        let own = || (!self.forms.is_empty()).then(|| SceneForm::of(&self.scene));
+        contender.form.clone().or_else(own)
+    }
+
+    /// The scene that a tree is built of.
+    pub fn scene_of<'a>(&'a self, contender: &'a Contender) -> &'a Arc<Scene> {
+        contender.form.as_ref().map_or(&self.scene, |form| &form.scene)
     }
 }
 
@@ -69,11 +108,13 @@ pub struct Contender {
     pub read: Option<Arc<Accel>>,
     /// Name of the tree in tables and plots in place of its file or settings.
     pub label: Option<String>,
+    /// The form of the scene, where it is not that of the subject.
+    pub form: Option<SceneForm>,
 }
 
 impl From<Setup> for Contender {
     fn from(setup: Setup) -> Self {
-        Self { setup, read: None, label: None }
+        Self { setup, read: None, label: None, form: None }
     }
 }
 
@@ -82,7 +123,12 @@ impl Contender {
     pub fn of_file(accel: &Arc<Accel>, threads: usize) -> Self {
         let setup = Setup { build: accel.settings, preset: None, threads };
         let label = accel.file.as_ref().and_then(|file| file.label.clone());
-        Self { setup, read: Some(Arc::clone(accel)), label }
+        Self { setup, read: Some(Arc::clone(accel)), label, form: None }
+    }
+
+    /// How far the tree over the copies is opened, where it is.
+    pub fn opened(&self) -> Option<f32> {
+        self.form.as_ref()?.opened()
     }
 }
 

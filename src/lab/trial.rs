@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::conditions::Conditions;
-use super::measurement::{Measurement, millis};
+use super::measurement::{FormOfCopies, Measurement, millis};
 use super::population::MeasuredRays;
 use super::setup::{Contender, Subject, TraceView};
 use crate::accel::Accel;
-use crate::catalog::numbers::rows::{BUILD_MS, READY_MS, TRACE_MS, WIDE_TRACE_MS};
+use crate::catalog::numbers::Number;
+use crate::catalog::numbers::rows::{
+    BUILD_MS, BUILD_STAGES_MS, BYTES_PER_ENTERING_RAY, COLLAPSE_MS, HITS, MRAYS_PER_S, RAYS, READY_MS, TRACE_MS,
+    WIDE_TRACE_MS,
+};
 use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
 use crate::catalog::settings::{Stated, preset_name};
 use crate::catalog::values::Values;
@@ -39,19 +43,25 @@ pub(super) struct First {
     pub(super) wide: WideReading,
     pub(super) tests: TestSummary,
     pub(super) populations: Vec<MeasuredRays>,
+    /// Bytes of what rays read.
+    pub(super) traced_bytes: usize,
 }
 
+/// The numbers of a tree over parts of copies: there is no binary one, nor are its nodes those of a tree that is shown.
+const OF_PARTS: [&Number; 9] =
+    [BUILD_MS, BUILD_STAGES_MS, READY_MS, COLLAPSE_MS, RAYS, HITS, WIDE_TRACE_MS, MRAYS_PER_S, BYTES_PER_ENTERING_RAY];
+
 impl Trial {
-    /// Adds a complete repetition: the build, the trace of the binary tree, and collapsing and tracing of the wide one.
+    /// Adds a complete repetition: the build, the trace of the binary tree, where there is one, and collapsing and tracing of the wide one.
     pub(super) fn record(
         &mut self,
         build: &StageTimes,
-        trace: &PrimaryTrace,
+        trace: Option<&PrimaryTrace>,
         collapse_time: Duration,
         wide_trace: &PrimaryTrace,
     ) {
         self.builds.push(build.clone());
-        self.traces_ms.push(millis(trace.trace_time));
+        self.traces_ms.extend(trace.map(|trace| millis(trace.trace_time)));
         self.collapses_ms.push(millis(collapse_time));
         self.wide_traces_ms.push(millis(wide_trace.trace_time));
     }
@@ -65,7 +75,12 @@ impl Trial {
         view: &TraceView,
         first: &First,
     ) -> Measurement {
-        let Contender { setup, read, label } = contender;
+        let Contender { setup, read, label, .. } = contender;
+        let mut values = Values::of(&self.reading(subject, contender, first));
+        if contender.opened().is_some() {
+            values.keep(&OF_PARTS);
+        }
+        let form = subject.form_of(contender);
         Measurement {
             command: command.to_owned(),
             model: subject.model.clone(),
@@ -77,6 +92,7 @@ impl Trial {
             container: read.as_ref().map_or(setup.build.tree_container(), |accel| accel.tree.container_kind()),
             settings: if read.is_some() { Stated::default() } else { Stated::of(&setup.build) },
             motion: None,
+            form: form.map(|form| FormOfCopies { open: form.open, traced_bytes: first.traced_bytes }),
             traversal: view.traversal.name().to_owned(),
             threads: first.threads,
             width_px: view.size[0],
@@ -84,7 +100,7 @@ impl Trial {
             repeat: self.builds.len(),
             rounds: self.rounds(read.is_some()),
             verdicts: Vec::new(),
-            values: Values::of(&self.reading(subject, contender, first)),
+            values,
             predicted_scaling: None,
             conditions: Some(Conditions::new(subject, contender, view, first.threads)),
             populations: first.populations.clone(),
@@ -100,12 +116,13 @@ impl Trial {
         let ready = builds.iter().zip(&self.collapses_ms).map(|(build, collapse)| build + collapse).collect();
         let built = [(BUILD_MS, builds), (READY_MS, ready)].into_iter().filter(|_| !is_read);
         let traced = [(TRACE_MS, self.traces_ms.clone()), (WIDE_TRACE_MS, self.wide_traces_ms.clone())];
+        let traced = traced.into_iter().filter(|(_, rounds)| !rounds.is_empty());
         built.chain(traced).map(|(number, rounds)| (number.key.to_owned(), rounds)).collect()
     }
 
     /// The source of the numbers of the repetitions so far.
     fn reading<'a>(&self, subject: &Subject, contender: &Contender, first: &'a First) -> TreeReading<'a> {
-        let read = contender.read.as_deref();
+        let (read, scene) = (contender.read.as_deref(), subject.scene_of(contender));
         let (report, tests) = (&first.report, &first.tests);
         let file_ms = read.and_then(Accel::build_ms);
         let build = match read {
@@ -119,8 +136,8 @@ impl Trial {
         let ready = builds.zip(&self.collapses_ms).map(|(build, collapse)| Some(build? + collapse));
         let ready: Option<Vec<f64>> = ready.collect();
         TreeReading {
-            triangles: subject.scene.triangles.len(),
-            primitives: subject.scene.primitive_names(),
+            triangles: scene.triangles.len(),
+            primitives: scene.primitive_names(),
             container: read.map_or(contender.setup.build.tree_container(), |accel| accel.tree.container_kind()),
             report,
             build,
@@ -212,7 +229,14 @@ mod tests {
         let mut scene = Scene::from_triangles(SceneSource::default_builtin(), triangles);
         scene.warnings.add("faces skipped", || FileLocation::Line(3));
         let load = LoadOptions { allow_outside: true, scene: Some(5), fps: Some(30.0), instances: Instancing::Flat };
-        Subject { model: "a/model.obj".to_owned(), scene: Arc::new(scene), trees: Vec::new(), rays: None, load }
+        Subject {
+            model: "a/model.obj".to_owned(),
+            scene: Arc::new(scene),
+            trees: Vec::new(),
+            forms: Vec::new(),
+            rays: None,
+            load,
+        }
     }
 
     /// Every number is another prime wherever it can be, so that each wrong formula gives another result.
@@ -246,6 +270,7 @@ mod tests {
             epo: Some(EndPointOverlap { value: 0.625, sampled: 5, triangles: 7, margin: Some(0.25), visited: 1013 }),
             hashes: [0x3fb, 0xfeed_0000_0000_03fd],
             populations: sample().populations,
+            traced_bytes: 1039,
             wide: WideReading { collapse_ms: 991.0, node_bytes: 331, triangle_bytes: 337, bytes_per_triangle: 95.5 },
             tests: TestSummary {
                 rays: 101,
@@ -322,7 +347,7 @@ mod tests {
         let subject = subject();
         let mut trial = Trial::default();
         for (stages, binary, collapse, wide) in [([11, 2], 43, 79, 29), ([31, 3], 37, 71, 19), ([17, 5], 41, 73, 23)] {
-            trial.record(&build(stages), &trace(binary), Duration::from_millis(collapse), &trace(wide));
+            trial.record(&build(stages), Some(&trace(binary)), Duration::from_millis(collapse), &trace(wide));
         }
         let build = BuildSettings {
             builder: BuilderKind::Aac,
@@ -347,6 +372,7 @@ mod tests {
             container: ContainerKind::Sphere,
             settings: Stated::of(&build),
             motion: None,
+            form: None,
             traversal: "paper".to_owned(),
             threads: 3,
             width_px: 103,
@@ -405,7 +431,7 @@ mod tests {
     fn a_time_of_zero_gives_no_infinite_rate() {
         let none = PrimaryTrace { rays: 0, hits: 0, trace_time: Duration::ZERO };
         let mut trial = Trial::default();
-        trial.record(&StageTimes::default(), &none, Duration::ZERO, &none);
+        trial.record(&StageTimes::default(), Some(&none), Duration::ZERO, &none);
         let setup = Contender::from(Setup { build: BuildSettings::default(), preset: None, threads: 1 });
         let row = trial.measurement("bench", &subject(), &setup, &view(), &first());
         assert_eq!([MRAYS_PER_S, BINARY_MRAYS_PER_S, MTRIANGLES_PER_S].map(|rate| row.number(rate)), [0.0; 3]);

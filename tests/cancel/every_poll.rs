@@ -409,8 +409,14 @@ fn measuring_stops_at_every_poll() {
         populations: bvhscope::lab::population::Populations::ALL,
         epo_samples: None,
     };
-    let subject =
-        Subject { model: "terrain".to_owned(), scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
+    let subject = Subject {
+        model: "terrain".to_owned(),
+        scene,
+        trees: Vec::new(),
+        forms: Vec::new(),
+        rays: None,
+        load: LoadOptions::default(),
+    };
     let setups = [Setup { build: BuildSettings::default(), preset: None, threads: 1 }];
     at_every_poll("measure", |token| match measure("bench", &subject, &setups, &view, token, &mut |_| ()) {
         Ok(()) => false,

@@ -173,6 +173,69 @@ fn forms_of_a_scene_have_the_same_hits_and_their_own_costs() {
     assert!(error.contains("the flat scene is left out") && !out.contains("flat"), "{error}{out}");
 }
 
+/// Rows of `compare` of a scene in either form, by their names.
+#[test]
+fn compare_has_the_other_forms_beside_the_builders() {
+    let folder = tempfile::tempdir().unwrap();
+    let view = ["builtin:stack:60", "--camera", "inside", "--size", "48x40"];
+    let run = |args: &[&str]| -> Vec<Value> {
+        let (code, out, error) = program(folder.path(), &[args, &view[..], &["--json"]].concat());
+        assert_eq!(code, 0, "{error}");
+        out.lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .filter(|row: &Value| row.get("builder").is_some())
+            .collect()
+    };
+    let compare = |form: &str| {
+        let rows = run(&["compare", "--instances", form, "--repeat", "1"]);
+        let named =
+            |name: &str| rows.iter().find(|row| row["label"] == name).cloned().unwrap_or_else(|| panic!("{name}"));
+        let forms = ["fast, flat", "fast, two levels", "fast, two levels, opened to 2"].map(named);
+        assert!(rows.len() > 12 && rows.iter().all(|row| row["hits"] == rows[0]["hits"]), "the same hits");
+        forms
+    };
+    let costs = run(&["copies", "--open", "1,2", "--rays", "primary"]);
+    let [of_flat, of_levels] = ["flat", "two-level"].map(compare);
+    for forms in [&of_flat, &of_levels] {
+        let [flat, levels, opened] = forms;
+        for (row, cost) in forms.iter().zip(&costs) {
+            assert_eq!((&row["open"], &row["traced_bytes"]), (&cost["open"], &cost["traced_bytes"]), "{row}");
+            assert_eq!((&row["hits"], &row["entering_rays"]), (&cost["hits"], &cost["rays"]), "all rays start inside");
+            let lines = number(row, "bytes_per_entering_ray") / 64.0;
+            assert!((lines - number(cost, "lines_64_per_ray")).abs() < 1e-3, "{lines} and {cost}");
+            for name in ["build_ms", "ready_ms", "wide_trace_ms", "mrays_per_s"] {
+                assert!(number(row, name) > 0.0, "{name} of {row}");
+            }
+        }
+        assert_ne!(opened["bytes_per_entering_ray"], levels["bytes_per_entering_ray"]);
+        // There is no binary tree over parts, and its nodes are shown nowhere.
+        for name in ["trace_ms", "tests_per_ray", "sah_cost", "nodes", "tree_hash", "bytes_per_triangle"] {
+            assert!(opened.get(name).is_none() && flat.get(name).is_some() && levels.get(name).is_some(), "{name}");
+        }
+        let stages: Vec<&String> = opened["build_stages_ms"].as_object().unwrap().keys().collect();
+        assert_eq!(stages, ["meshes", "parts"]);
+        let line = |row: &Value| row["command_line"].as_str().unwrap().to_owned();
+        assert!(line(flat).starts_with("bvhscope bench") && line(flat).contains("--instances flat"), "{}", line(flat));
+        assert!(line(levels).contains("--instances two-level"), "{}", line(levels));
+        assert!(line(opened).starts_with("bvhscope compare") && !line(opened).contains("--preset"), "{}", line(opened));
+    }
+    // Whichever form is loaded, trees are the same, and so is what rays cost in them.
+    for (one, other) in of_flat.iter().zip(&of_levels) {
+        for name in ["tree_hash", "tests_per_ray", "bytes_per_entering_ray", "rays", "hits", "triangles"] {
+            assert_eq!(one[name], other[name], "{name} of {one}");
+        }
+    }
+    let (code, out, error) = program(folder.path(), &[&["compare", "--repeat", "1"], &view[..]].concat());
+    assert_eq!(code, 0, "{error}");
+    for text in ["fast, two levels, opened to 2", "trees", "Forms of the scene"] {
+        assert!(out.contains(text), "'{text}' is missing in\n{out}");
+    }
+    // No form is measured of a scene without copies.
+    let (_, out, _) =
+        program(folder.path(), &["compare", "builtin:teapot:2", "--size", "8x8", "--repeat", "1", "--json"]);
+    assert!(!out.contains("traced_bytes"), "{out}");
+}
+
 #[test]
 fn what_has_no_copies_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();

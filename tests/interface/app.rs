@@ -409,7 +409,7 @@ fn the_paper_panel_shows_the_numbers_of_the_command_line() {
     let scene = state.model.loaded.clone().unwrap();
     let plan = &state.preferences.paper;
     let (model, load) = (scene.source.to_string(), LoadOptions::default());
-    let subject = Subject { model, scene: scene.clone(), trees: Vec::new(), rays: None, load };
+    let subject = Subject { model, scene: scene.clone(), trees: Vec::new(), forms: Vec::new(), rays: None, load };
     let view = plan.view(&scene, &state.wanted);
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);

@@ -110,7 +110,7 @@ pub fn with_rows(state: &mut AppState, experiment: Experiment) {
     plan.choose(experiment);
     (plan.thresholds, plan.repeat) = ([4, 8], 1);
     let (model, load) = (scene.source.to_string(), LoadOptions::default());
-    let subject = Subject { model, scene: Arc::clone(&scene), trees: Vec::new(), rays: None, load };
+    let subject = Subject { model, scene: Arc::clone(&scene), trees: Vec::new(), forms: Vec::new(), rays: None, load };
     let view = TraceView { size: [16, 16], ..plan.view(&scene, &state.wanted) };
     let mut rows = Vec::new();
     let job = plan.job(&state.wanted);

@@ -182,6 +182,7 @@ fn measurements_of_a_known_tree_are_exact() {
         model: "four".to_owned(),
         scene: two_pairs(),
         trees: Vec::new(),
+        forms: Vec::new(),
         rays: None,
         load: LoadOptions::default(),
     };

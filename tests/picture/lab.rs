@@ -33,6 +33,7 @@ fn subject(name: &str) -> Subject {
         model: name.to_owned(),
         scene: Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new()).unwrap()),
         trees: Vec::new(),
+        forms: Vec::new(),
         rays: None,
         load: LoadOptions::default(),
     }

@@ -77,6 +77,12 @@ impl BuildReport {
         self.build_time += time;
     }
 
+    /// Leaves all stages out but this one.
+    pub fn keep_stage(&mut self, name: &str) {
+        self.stages.stages.retain(|(stage, _)| *stage == name);
+        self.build_time = self.stages.total();
+    }
+
     fn triangle_count(&self) -> usize {
         self.triangle_bytes / size_of::<Triangle>()
     }

@@ -98,6 +98,7 @@ impl MeasureWorker {
                 trees: state.trees_from_files(&scene),
                 rays: None,
                 load: state.model.load_options.clone(),
+                forms: Vec::new(),
             },
             job: plan.job(&state.wanted),
             view: plan.view(&scene, &state.wanted),

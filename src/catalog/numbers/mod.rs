@@ -196,6 +196,7 @@ pub mod rows {
     pub const PRIMITIVE_TESTS_PER_RAY: &Number = named("primitive_tests_per_ray");
     pub const TESTS_PER_RAY: &Number = named("tests_per_ray");
     pub const TESTS_PER_ENTERING_RAY: &Number = named("tests_per_entering_ray");
+    pub const BYTES_PER_ENTERING_RAY: &Number = named("bytes_per_entering_ray");
     pub const ENTERING_RAYS: &Number = named("entering_rays");
     pub const SAH_COST: &Number = named("sah_cost");
     pub const EPO: &Number = named("epo");

@@ -168,6 +168,7 @@ fn measurement(
         container: setup.build.container,
         settings: Stated::of(&setup.build),
         motion: Some(FrameOfClip { policy: row.policy, clip: clip.to_owned(), frame: row.frame, time_s: row.seconds }),
+        form: None,
         threads,
         values,
         predicted_scaling: None,

@@ -19,6 +19,11 @@ use crate::text::counted;
 /// Note of the column "ready".
 const READY: &str = "Ready: until rays can be traced at full speed, the binary tree and the wide one made from it.";
 
+/// Note of the forms of a scene of copies.
+const FORMS: &str = "Forms of the scene: those of the preset Fast beside the form of all other rows. Trees: what rays read, wide trees of all \
+    levels and places of copies. SAH cost, nodes, depth and memory of two levels are those of the tree over the copies, a copy being a \
+    primitive of it; a tree over parts of copies has none, and no binary tree.";
+
 /// Note of the column "reads".
 const READS: &str =
     "Reads: cache lines of the wide tree that a ray that enters the scene's box touches, 64 bytes each.";
@@ -83,6 +88,14 @@ pub(super) fn comparison_table(rows: &[Measurement]) -> ReportTable {
         groups.into_iter().flatten().map(|(index, row)| (index, row.clone())).unzip();
     let mut table = list_table("Builders, the faster to trace before the slower, as far as that is decided", &sorted);
     table.sources = sources;
+    if sorted.iter().any(|row| row.form.is_some()) {
+        table.columns.push(("trees".to_owned(), "MB".to_owned()));
+        table.better.push(Some(Direction::Less));
+        for (line, row) in table.rows.iter_mut().zip(&sorted) {
+            line.push(row.form.map_or_else(|| "–".to_owned(), |form| number(form.traced_bytes as f64 / 1e6)));
+        }
+        notes.push(FORMS.to_owned());
+    }
     table.columns.push(("relative".to_owned(), "speed".to_owned()));
     table.undecided.extend((!has_best(MRAYS_PER_S, rows)).then_some(table.better.len()));
     table.better.push(Some(Direction::More));

@@ -112,8 +112,14 @@ mod tests {
             populations: Populations::NONE,
             epo_samples: None,
         };
-        let subject =
-            Subject { model: "teapot".to_owned(), scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
+        let subject = Subject {
+            model: "teapot".to_owned(),
+            scene,
+            trees: Vec::new(),
+            forms: Vec::new(),
+            rays: None,
+            load: LoadOptions::default(),
+        };
         for builder in BuilderKind::ALL {
             let setup =
                 Setup { build: BuildSettings { builder, ..BuildSettings::default() }, preset: None, threads: 0 };
