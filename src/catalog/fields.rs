@@ -345,8 +345,7 @@ pub fn columns() -> Vec<&'static str> {
         .iter()
         .map(key)
         .chain(parameters().map(|row| row.key))
-        .chain(MOTION.iter().map(key))
-        .chain(FORM.iter().map(key))
+        .chain(MOTION.iter().chain(&FORM).map(key))
         .chain([key(&THREADS)]);
     tree.chain(keys()).chain(CONDITIONS.iter().map(key)).collect()
 }
@@ -388,10 +387,8 @@ pub fn page() -> String {
     };
     let plain = |(key, meaning): &Field| (String::from(*key), "", String::from(*meaning));
     let settings = parameters().map(|row| (row.key.to_owned(), "", format!("{}. {}", row.label, row.tip)));
-    section(
-        "The tree",
-        &mut TREE.iter().map(plain).chain(settings).chain(MOTION.iter().map(plain)).chain([plain(&THREADS)]),
-    );
+    let behind = MOTION.iter().chain(&FORM).map(plain).chain([plain(&THREADS)]);
+    section("The tree", &mut TREE.iter().map(plain).chain(settings).chain(behind));
     let numbers = NUMBERS.iter().flat_map(|number| {
         let own = (number.key.to_owned(), number.unit, number.meaning.to_owned());
         let spread = number.spread.map(|(key, _)| {
