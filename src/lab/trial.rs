@@ -10,8 +10,8 @@ use super::setup::{Contender, Subject, TraceView};
 use crate::accel::Accel;
 use crate::catalog::numbers::Number;
 use crate::catalog::numbers::rows::{
-    BUILD_MS, BUILD_STAGES_MS, BYTES_PER_ENTERING_RAY, COLLAPSE_MS, HITS, MRAYS_PER_S, RAYS, READY_MS, TRACE_MS,
-    WIDE_TRACE_MS,
+    BUILD_MS, BUILD_STAGES_MS, BYTES_PER_ENTERING_RAY, COLLAPSE_MS, ENTERING_RAYS, HITS, MRAYS_PER_S, RAYS, READY_MS,
+    TRACE_MS, WIDE_TRACE_MS,
 };
 use crate::catalog::reading::{Times, TraceReading, TreeReading, WideReading};
 use crate::catalog::settings::{Stated, preset_name};
@@ -48,8 +48,18 @@ pub(super) struct First {
 }
 
 /// The numbers of a tree over parts of copies: there is no binary one, nor are its nodes those of a tree that is shown.
-const OF_PARTS: [&Number; 9] =
-    [BUILD_MS, BUILD_STAGES_MS, READY_MS, COLLAPSE_MS, RAYS, HITS, WIDE_TRACE_MS, MRAYS_PER_S, BYTES_PER_ENTERING_RAY];
+const OF_PARTS: [&Number; 10] = [
+    BUILD_MS,
+    BUILD_STAGES_MS,
+    READY_MS,
+    COLLAPSE_MS,
+    RAYS,
+    HITS,
+    WIDE_TRACE_MS,
+    MRAYS_PER_S,
+    ENTERING_RAYS,
+    BYTES_PER_ENTERING_RAY,
+];
 
 impl Trial {
     /// Adds a complete repetition: the build, the trace of the binary tree, where there is one, and collapsing and tracing of the wide one.
