@@ -37,7 +37,7 @@ use crate::scene::Scene;
 
 pub use file_tree::FileTree;
 pub use follow::Follow;
-pub use two_levels::TwoLevels;
+pub use two_levels::{MeshTrees, TwoLevels};
 
 /// Peak memory per triangle of a build and of what is derived from its tree. `tests/memory/peak.rs` measures the peak of the
 /// process beyond the scene: 158 bytes per triangle for boxes by AAC, 171 by binned SAH, ancestry included. The rest is for the
@@ -163,20 +163,27 @@ pub struct WholeBuilds {
 }
 
 /// A sequence of builds of the same scene, such as while a slider is dragged: each reuses the sorted primitives and the memory
-/// of the ones before. A build of another scene starts over. Holds up to 92 bytes per triangle between builds.
+/// of the ones before. A build of another scene starts over, but for the trees of meshes, which moments of a scene of copies share. Holds up to
+/// 92 bytes per triangle between builds.
 #[derive(Default)]
 pub struct BuildSession {
     scene: Weak<Scene>,
     cache: BuildCache,
+    meshes: MeshTrees,
 }
 
 impl BuildSession {
     /// The cache of the builds of `scene`, emptied first if the last build was of another scene.
     fn cache_for(&mut self, scene: &Arc<Scene>) -> &mut BuildCache {
         if !is_same(&self.scene, scene) {
-            *self = Self { scene: Arc::downgrade(scene), cache: BuildCache::default() };
+            (self.scene, self.cache) = (Arc::downgrade(scene), BuildCache::default());
         }
         &mut self.cache
+    }
+
+    /// Frees what is held for another build of the same scene.
+    pub fn forget_scene(&mut self) {
+        (self.scene, self.cache) = (Weak::new(), BuildCache::default());
     }
 }
 
@@ -229,6 +236,22 @@ impl Accel {
         mut session: Option<&mut BuildSession>,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
+        let mut meshes = session.as_mut().map(|session| std::mem::take(&mut session.meshes)).unwrap_or_default();
+        let built = Self::build_above(scene, settings, session.as_deref_mut(), &mut meshes, token);
+        if let Some(session) = session {
+            session.meshes = meshes;
+        }
+        built
+    }
+
+    /// [`Accel::build_with_session`] above trees of `meshes`, which are built where they are others.
+    fn build_above(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        mut session: Option<&mut BuildSession>,
+        meshes: &mut MeshTrees,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
         if let Some(reason) = Self::refusal(scene, settings) {
             return Err(BuildError::Refused(reason));
         }
@@ -246,15 +269,21 @@ impl Accel {
         let Some(copies) = &scene.copies else { return Ok(Self::new(scene, settings, tree, report, recycler)) };
         let wide = Arc::new(WideBvh::new(&tree, scene.built_triangles(), token)?);
         let start = Instant::now();
-        let mut levels = TwoLevels::build(copies, &wide, settings, token)?;
+        let meshes = meshes.of(copies, settings, token)?;
         report.add_stage("meshes", start.elapsed());
-        let tree = levels.unfold(tree, &scene.unfolded.copies, token)?;
+        let accel = Self::new(scene, settings, tree, report, recycler);
+        accel.above(TwoLevels::over(copies, meshes, &wide)?, wide, token)
+    }
+
+    /// The tree over the copies, with `wide`, above the trees of the meshes, which go on below the copies that the scene unfolds.
+    fn above(mut self, mut levels: TwoLevels, wide: Arc<WideBvh>, token: &CancelToken) -> Result<Self, BuildError> {
+        let tree = std::mem::replace(&mut self.tree, AnyTree::Aabb(Tree::EMPTY));
+        self.tree = levels.unfold(tree, &self.scene.unfolded.copies, token)?;
         if levels.unfolded().is_some() {
-            (report.stats, report.tree_bytes) = (tree_stats(&tree, token)?, tree.bytes());
+            (self.report.stats, self.report.tree_bytes) = (tree_stats(&self.tree, token)?, self.tree.bytes());
         }
-        let mut accel = Self::new(scene, settings, tree, report, recycler);
-        (accel.wide, accel.levels) = (wide.into(), Some(levels));
-        Ok(accel)
+        (self.wide, self.levels) = (wide.into(), Some(levels));
+        Ok(self)
     }
 
     /// [`Accel::build_binary`] of a scene of copies whose rays go through a tree over parts of them, up to `open` for each. Its stages are

@@ -9,7 +9,7 @@ use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::{AnyTree, with_tree};
 
 use super::follow::Follow;
-use super::{Accel, peak_bytes_per_triangle};
+use super::{Accel, MeshTrees, TwoLevels, peak_bytes_per_triangle};
 use crate::budget::Budget;
 use crate::scene::{Moment, Motion, Pose, Scene};
 
@@ -18,10 +18,11 @@ const fn keeps_nodes(policy: Policy) -> bool {
     matches!(policy, Policy::Keep | Policy::Refit | Policy::WholeClip)
 }
 
-/// The tree of the last moment, which that of a later one follows.
+/// The tree of the last moment, which that of a later one follows, and the trees of the meshes that both share in a scene of copies.
 #[derive(Debug, Default)]
 pub struct FollowSession {
     last: Option<Following>,
+    meshes: MeshTrees,
 }
 
 #[derive(Debug)]
@@ -48,9 +49,13 @@ impl Accel {
         session: &mut FollowSession,
         token: &CancelToken,
     ) -> Result<Self, BuildError> {
-        let (Some(motion), Some(moment)) = (&scene.motion, scene.moment) else {
-            return Self::build_binary(scene, settings, token);
+        let is_built = follow == Follow::default();
+        let (Some(motion), Some(moment), false) = (&scene.motion, scene.moment, is_built) else {
+            return Self::build_above(scene, settings, None, &mut session.meshes, token);
         };
+        if let Some(reason) = Self::refusal(scene, settings) {
+            return Err(BuildError::Refused(reason));
+        }
         let leads_here = |last: &Following| {
             let is_later = keeps_nodes(follow.policy) || last.moment.seconds <= moment.seconds;
             Arc::ptr_eq(&last.motion, motion)
@@ -61,13 +66,32 @@ impl Accel {
             Some(last) => last,
             None => Following::start(scene, settings, follow, motion, moment, token)?,
         };
-        let update = last.follower.follow(&scene.triangles, token)?;
+        let update = last.follower.follow(scene.built_triangles(), token)?;
         last.moment = moment;
-        let mut accel = Self::with_tree(scene, settings, last.follower.tree().clone(), token)?;
+        let mut accel = Self::of_follower(scene, settings, &last.follower, &mut session.meshes, token)?;
         (accel.report.build_time, accel.follow) = (update.tree_time, follow);
-        accel.wide = Arc::clone(last.follower.wide()).into();
-        accel.built_areas.clone_from(&last.built_areas);
+        if scene.unfolded.copies.is_empty() {
+            accel.built_areas.clone_from(&last.built_areas);
+        }
         session.last = Some(last);
+        Ok(accel)
+    }
+
+    /// The tree that a follower has made for `scene`, with the wide one; of a scene of copies above trees of `meshes`, which are built where
+    /// they are others.
+    pub fn of_follower(
+        scene: &Arc<Scene>,
+        settings: &BuildSettings,
+        follower: &Follower,
+        meshes: &mut MeshTrees,
+        token: &CancelToken,
+    ) -> Result<Self, BuildError> {
+        let (tree, wide) = (follower.tree().clone(), Arc::clone(follower.wide()));
+        let mut accel = Self::with_tree(scene, settings, tree, token)?;
+        if let Some(copies) = &scene.copies {
+            return accel.above(TwoLevels::over(copies, meshes.of(copies, settings, token)?, &wide)?, wide, token);
+        }
+        accel.wide = wide.into();
         Ok(accel)
     }
 }
@@ -84,8 +108,9 @@ impl Following {
     ) -> Result<Self, BuildError> {
         let Follow { policy, frames } = follow;
         let count = if policy == Policy::WholeClip { POSES } else { 1 };
-        let bytes = (count * size_of_val(&scene.triangles[..])) as u64
-            + scene.triangles.len() as u64 * peak_bytes_per_triangle(settings);
+        let triangles = scene.built_triangles();
+        let bytes =
+            (count * size_of_val(triangles)) as u64 + triangles.len() as u64 * peak_bytes_per_triangle(settings);
         let within = Budget::of_process().check("the tree", bytes);
         within.map_err(|error| BuildError::Refused(error.to_string()))?;
         let clip = &motion.clips[moment.clip];

@@ -9,7 +9,7 @@ use bvhscope_engine::{
     UnfoldedCopy, WideBvh, build,
 };
 
-use crate::scene::SceneCopies;
+use crate::scene::{SceneCopies, SceneMeshes};
 
 /// Both levels of a scene of copies.
 #[derive(Debug)]
@@ -29,19 +29,34 @@ pub(super) struct Above {
     pub(super) unfolded: Unfolded,
 }
 
-impl TwoLevels {
-    /// Builds the trees of the meshes below `top`, the wide tree over the copies, with the settings of that.
-    pub(super) fn build(
-        scene: &Arc<SceneCopies>,
-        top: &Arc<WideBvh>,
+/// The trees of the meshes of the last scene of copies, which all its moments share.
+#[derive(Debug, Default)]
+pub struct MeshTrees {
+    of: Option<(Arc<SceneMeshes>, BuildSettings)>,
+    trees: Vec<Arc<Bvh>>,
+}
+
+impl MeshTrees {
+    /// The tree of each mesh of `scene` with `settings`: those of the scene before, where they are the same, or new ones.
+    pub(super) fn of(
+        &mut self,
+        scene: &SceneCopies,
         settings: &BuildSettings,
         token: &CancelToken,
-    ) -> Result<Self, BuildError> {
-        let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
-        let meshes = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
-        Self::over(scene, meshes, top)
+    ) -> Result<Vec<Arc<Bvh>>, BuildError> {
+        let is_known =
+            self.of.as_ref().is_some_and(|(meshes, known)| Arc::ptr_eq(meshes, scene.meshes()) && known == settings);
+        if !is_known {
+            *self = Self::default();
+            let build = |mesh: u32| Ok(Arc::new(build(scene.mesh(mesh), settings, token)?));
+            self.trees = (0..scene.mesh_count() as u32).map(build).collect::<Result<_, BuildError>>()?;
+            self.of = Some((Arc::clone(scene.meshes()), *settings));
+        }
+        Ok(self.trees.clone())
     }
+}
 
+impl TwoLevels {
     /// `trees` of the meshes that were made elsewhere below `top`.
     pub(super) fn of_trees(
         scene: &Arc<SceneCopies>,
@@ -54,7 +69,12 @@ impl TwoLevels {
         Self::over(scene, meshes, top)
     }
 
-    fn over(scene: &Arc<SceneCopies>, meshes: Vec<Arc<Bvh>>, top: &Arc<WideBvh>) -> Result<Self, BuildError> {
+    /// The trees of the `meshes` below `top`, the wide tree over the copies.
+    pub(super) fn over(
+        scene: &Arc<SceneCopies>,
+        meshes: Vec<Arc<Bvh>>,
+        top: &Arc<WideBvh>,
+    ) -> Result<Self, BuildError> {
         let copies = MeshCopies::new(meshes, Arc::clone(scene.copies()))?;
         let wide = Instances::over(Arc::new(copies), Arc::clone(top));
         Ok(Self { scene: Arc::clone(scene), wide, above: None })

@@ -40,18 +40,17 @@ impl TreeOrigin {
         (follow, session): (Follow, &mut FollowSession),
         token: &CancelToken,
     ) -> Result<Accel, Failure> {
-        if follow != Follow::default() {
-            return Accel::follow(scene, settings, follow, session, token)
-                .map_err(|error| Failure::of_build(error, source));
-        }
         let path = match self {
+            _ if follow != Follow::default() => None,
             Self::File(path) => Some(path.as_path()),
             Self::OfModel if scene.has_tree => source.path(),
             _ => None,
         };
         match path {
             Some(path) => Ok(Accel::read(scene, path, settings.optimize, token)?),
-            None => Accel::build_binary(scene, settings, token).map_err(|error| Failure::of_build(error, source)),
+            None => {
+                Accel::follow(scene, settings, follow, session, token).map_err(|error| Failure::of_build(error, source))
+            }
         }
     }
 }

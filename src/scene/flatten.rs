@@ -2,21 +2,23 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4};
 
 use super::assemble::{BATCH_SIZE, MAX_TRIANGLES};
 use super::attributes::Attributes;
 use super::error::LoadError;
 use super::model::Scene;
-use super::motion::{Columns, columns, scale_of, turned, turned_tangent};
+use super::motion::{Columns, Motion, columns, scale_of, turned, turned_tangent};
+use super::moving_copies::{CopyMotion, FlatMover};
 use super::placed_meshes::{PlacedMeshes, total};
 use super::source::SceneSource;
 use crate::budget::Budget;
-use bvhscope_engine::Placed;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
+use bvhscope_engine::{Copies, Placed};
 
 /// Elements of a flat list between two entries of [`Layout::coarse`]: few copies to step over, and a small table.
 const COARSE: usize = 64;
@@ -48,8 +50,7 @@ pub(super) fn flatten(
     check_size(prototypes, counts, Budget::of_process(), &path)?;
     let places = copies.places(&prototypes.triangles, &path, token)?;
     let layout = Layout::new(&copies.meshes, placed, token)?;
-    let triangles = layout
-        .spread(&prototypes.triangles, None, token, |copy, triangle| places.place(copy as u32).triangle(triangle))?;
+    let triangles = flat_triangles(&prototypes.triangles, &copies.meshes, placed, &places, token)?;
     token.set_progress(0.4);
     let of_batch = |batch: &[Triangle], _: &CancelToken| {
         Ok(batch.iter().fold(Aabb::EMPTY, |bounds, triangle| bounds.union(&triangle.bounds())))
@@ -74,8 +75,40 @@ pub(super) fn flatten(
         textures: prototypes.textures.clone(),
         mesh_count: placed.len(),
         repeats_meshes: true,
+        motion: copies.motion.as_ref().map(|motion| moving(prototypes, copies, motion, token)).transpose()?,
         ..Scene::from_triangles(source.clone(), Vec::new())
     })
+}
+
+/// How the copies in a flat scene move.
+fn moving(
+    prototypes: &Scene,
+    copies: &PlacedMeshes,
+    CopyMotion { clips, rig }: &CopyMotion,
+    token: &CancelToken,
+) -> Result<Arc<Motion>, Cancelled> {
+    let mover = FlatMover {
+        triangles: prototypes.triangles.clone(),
+        attributes: prototypes.attributes.clone(),
+        meshes: copies.meshes.clone(),
+        vertices: vertex_ranges(prototypes, &copies.meshes, token)?,
+        bounds: copies.bounds(&prototypes.triangles, token)?,
+        placed: copies.placed.clone(),
+        rig: Arc::clone(rig),
+    };
+    Ok(Arc::new(Motion::new(clips.clone(), Box::new(mover))))
+}
+
+/// The triangles of all copies at their `places`, from the `triangles` of all `meshes`.
+pub(super) fn flat_triangles(
+    triangles: &[Triangle],
+    meshes: &[Range<u32>],
+    placed: &[Placed],
+    places: &Copies,
+    token: &CancelToken,
+) -> Result<Vec<Triangle>, Cancelled> {
+    let of_copy = |copy: usize, triangle: &Triangle| places.place(copy as u32).triangle(triangle);
+    Layout::new(meshes, placed, token)?.spread(triangles, None, token, of_copy)
 }
 
 /// Bytes of the flat scene.
@@ -146,23 +179,12 @@ fn flat_attributes(
 ) -> Result<Attributes, Cancelled> {
     let placed = triangles.placed;
     let layout = Layout::new(vertices, placed, token)?;
-    let transforms = par_collect(placed.len(), token, |copy| {
-        let matrix = Mat4::from(placed[copy].transform);
-        (columns(&matrix), scale_of(&[matrix]))
-    })?;
     let corner = |copy: usize, corner: u32| {
         if corner == 0 { 0 } else { layout.starts[copy] + 1 + (corner - vertices[placed[copy].mesh as usize].start) }
     };
     let corners =
         triangles.spread(&attributes.corners, None, token, |copy, corners| corners.map(|at| corner(copy, at)))?;
-    let of = |copy: usize| -> (Columns, f32) { transforms[copy] };
-    let normals = layout.spread(&attributes.normals, Some(Vec3::ZERO), token, |copy, normal| {
-        let (columns, scale) = of(copy);
-        turned(columns, scale, *normal)
-    })?;
-    let tangents = attributes.tangents.first().copied();
-    let tangents =
-        layout.spread(&attributes.tangents, tangents, token, |copy, tangent| turned_tangent(of(copy).0, *tangent))?;
+    let (normals, tangents) = flat_vectors(attributes, vertices, placed, token)?;
     Ok(Attributes {
         corners: corners.into(),
         normals,
@@ -172,6 +194,29 @@ fn flat_attributes(
         colors: layout.copied(&attributes.colors, attributes.colors.first(), token)?.into(),
         alphas: layout.copied(&attributes.alphas, attributes.alphas.first(), token)?.into(),
     })
+}
+
+/// Normals and tangents of all copies; `vertices` are those of each mesh.
+pub(super) fn flat_vectors(
+    attributes: &Attributes,
+    vertices: &[Range<u32>],
+    placed: &[Placed],
+    token: &CancelToken,
+) -> Result<(Vec<Vec3>, Vec<Vec4>), Cancelled> {
+    let layout = Layout::new(vertices, placed, token)?;
+    let transforms = par_collect(placed.len(), token, |copy| {
+        let matrix = Mat4::from(placed[copy].transform);
+        (columns(&matrix), scale_of(&[matrix]))
+    })?;
+    let of = |copy: usize| -> (Columns, f32) { transforms[copy] };
+    let normals = layout.spread(&attributes.normals, Some(Vec3::ZERO), token, |copy, normal| {
+        let (columns, scale) = of(copy);
+        turned(columns, scale, *normal)
+    })?;
+    let tangents = attributes.tangents.first().copied();
+    let tangents =
+        layout.spread(&attributes.tangents, tangents, token, |copy, tangent| turned_tangent(of(copy).0, *tangent))?;
+    Ok((normals, tangents))
 }
 
 /// Which copy each element of a flat list belongs to.
@@ -269,7 +314,8 @@ mod tests {
 
     fn flat(placed: Vec<Placed>) -> (Scene, Scene) {
         let (scene, meshes) = prototypes();
-        let flat = flatten(&scene, &PlacedMeshes { meshes, placed }, &scene.source, &CancelToken::new()).unwrap();
+        let flat = flatten(&scene, &PlacedMeshes { meshes, placed, motion: None }, &scene.source, &CancelToken::new())
+            .unwrap();
         (scene, flat)
     }
 
@@ -310,7 +356,8 @@ mod tests {
         let (scene, meshes) = prototypes();
         let placed = [Vec3::ONE, Vec3::new(1.0, 0.0, 1.0)].map(Affine3A::from_scale);
         let placed = placed.map(|transform| Placed { mesh: 1, transform }).to_vec();
-        let error = flatten(&scene, &PlacedMeshes { meshes, placed }, &scene.source, &CancelToken::new()).unwrap_err();
+        let error = flatten(&scene, &PlacedMeshes { meshes, placed, motion: None }, &scene.source, &CancelToken::new())
+            .unwrap_err();
         assert!(error.to_string().contains("copy 1 cannot be placed: its transform is singular"), "{error}");
     }
 

@@ -66,6 +66,8 @@ mod placed_meshes;
 
 mod two_levels;
 
+mod moving_copies;
+
 #[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]
 mod smooth;
 
@@ -113,7 +115,7 @@ pub use offset::{from_file, to_file};
 pub use options::{Instancing, LoadOptions};
 pub(crate) use read::read_file;
 pub use row::FileRow;
-pub use scene_copies::SceneCopies;
+pub use scene_copies::{SceneCopies, SceneMeshes};
 pub use sequence::FRAMES_PER_SECOND;
 pub use smooth::{CornerNormals, SmoothNormals};
 pub use source::{BUILTIN_SCENES, BuiltinScene, SceneSource};

@@ -161,14 +161,13 @@ impl Scene {
         let subject = motion.reach(moment.clip, token)?;
         let mut pose = Pose::default();
         motion.pose(moment, &mut pose, token)?;
-        let bounds = pose.bounds();
+        let bounds = pose.bounds(token)?;
         let surface = match pose.surface.take() {
             Some(own) => Surface::clone(&own),
             None => Surface {
-                attributes: self.attributes.clone().map(|still| Attributes {
-                    normals: pose.normals,
-                    tangents: pose.tangents,
-                    ..still
+                attributes: self.attributes.clone().map(|still| match &pose.copies {
+                    Some(_) => still,
+                    None => Attributes { normals: pose.normals, tangents: pose.tangents, ..still },
                 }),
                 material_indices: Arc::clone(&self.material_indices),
                 materials: self.materials.clone(),
@@ -181,7 +180,7 @@ impl Scene {
         let scene = Self {
             source: self.source.clone(),
             triangles: pose.triangles,
-            copies: None,
+            copies: pose.copies,
             unfolded: UnfoldedCopies::default(),
             bounds,
             subject,
@@ -264,11 +263,12 @@ impl Scene {
         self.copies.as_ref().map_or(self.triangles.len() as u64, |copies| copies.triangle_count())
     }
 
-    /// The form of its copies; [`Instancing::Auto`] where it has none, or is flat in any case, as models that move are.
+    /// The form of its copies; [`Instancing::Auto`] where it has none, or is flat in any case, as models with meshes that move in themselves
+    /// are.
     pub fn form(&self) -> Instancing {
         match self.copies {
             Some(_) => Instancing::TwoLevel,
-            None if self.repeats_meshes && self.motion.is_none() => Instancing::Flat,
+            None if self.repeats_meshes => Instancing::Flat,
             None => Instancing::Auto,
         }
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::Affine3A;
 
 use super::error::LoadError;
+use super::moving_copies::CopyMotion;
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
@@ -21,6 +22,8 @@ pub struct PlacedMeshes {
     pub meshes: Vec<Range<u32>>,
     /// The copies: which mesh each one is of, and where it stands.
     pub placed: Vec<Placed>,
+    /// How they move.
+    pub motion: Option<CopyMotion>,
 }
 
 impl PlacedMeshes {
@@ -29,10 +32,18 @@ impl PlacedMeshes {
         total(&self.meshes, &self.placed)
     }
 
+    /// The boxes of the meshes in `triangles`.
+    pub(super) fn bounds(&self, triangles: &[Triangle], token: &CancelToken) -> Result<Vec<Aabb>, Cancelled> {
+        let bounds = |mesh: &Range<u32>| around(&triangles[mesh.start as usize..mesh.end as usize], token);
+        self.meshes.iter().map(bounds).collect()
+    }
+
     /// Where the copies of the meshes in `triangles` stand.
     pub(super) fn places(&self, triangles: &[Triangle], path: &Path, token: &CancelToken) -> Result<Copies, LoadError> {
-        let bounds = |mesh: &Range<u32>| around(&triangles[mesh.start as usize..mesh.end as usize], token);
-        let bounds = self.meshes.iter().map(bounds).collect::<Result<Vec<Aabb>, Cancelled>>()?;
+        let bounds = self.bounds(triangles, token)?;
+        if self.motion.is_some() {
+            return Ok(moving_places(&self.placed, &bounds));
+        }
         Copies::new(&bounds, &self.placed, token).map_err(|error| match error {
             BuildError::Cancelled(cancelled) => LoadError::Cancelled(cancelled),
             BuildError::Refused(text) => {
@@ -40,6 +51,21 @@ impl PlacedMeshes {
                 LoadError::of_file(path, problem, advice)
             }
         })
+    }
+}
+
+/// Where copies of meshes within `bounds` stand, be it in their motion.
+pub(super) fn moving_places(placed: &[Placed], bounds: &[Aabb]) -> Copies {
+    Copies::at(placed.iter().map(|copy| (copy.mesh, moving(&copy.transform, &bounds[copy.mesh as usize]).0)))
+}
+
+/// The place of a copy that moves, of a mesh within `bounds`, and whether it is nowhere: where its coordinates are not numbers or too large it
+/// is a point, which no ray hits.
+pub(super) fn moving(transform: &Affine3A, bounds: &Aabb) -> (Placement, bool) {
+    let place = Placement::moving(transform, bounds);
+    match place.or_else(|_| Placement::moving(&Affine3A::ZERO, &Aabb::EMPTY)) {
+        Ok(point) => (point, place.is_err()),
+        Err(why) => unreachable!("a point is within range: {why}"),
     }
 }
 
@@ -96,6 +122,14 @@ impl KeptCopies {
         self.reach = self.reach.union(&place.bounds(bounds));
         self.copies.placed.push(Placed { mesh, transform });
         true
+    }
+
+    /// Adds a copy of a mesh, which moves: it may be pressed flat here.
+    pub(super) fn place_moving(&mut self, mesh: u32, transform: Affine3A) {
+        if let Some(bounds) = self.bounds.get(mesh as usize) {
+            self.reach = self.reach.union(&moving(&transform, bounds).0.bounds(bounds));
+            self.copies.placed.push(Placed { mesh, transform });
+        }
     }
 
     /// The last of `triangles`, from `first` on, as a mesh with one copy, where it is.

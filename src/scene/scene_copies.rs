@@ -5,8 +5,9 @@ use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::{Affine3A, Vec3, Vec4};
 
+use super::placed_meshes::moving;
 use bvhscope_engine::Copies;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Triangle};
@@ -17,13 +18,21 @@ const COPIES_PER_TASK: usize = 1 << 14;
 
 /// The copies of a scene of two levels, and the triangles of its meshes. All copies' triangles are numbered copy by copy, as the flat scene
 /// has them: a hit names one by that number.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SceneCopies {
+    meshes: Arc<SceneMeshes>,
+    copies: Arc<Copies>,
+}
+
+/// The meshes of a scene of two levels, wherever their copies are.
+#[derive(Debug, PartialEq)]
+pub struct SceneMeshes {
     /// The triangles of each mesh in its own coordinates, one mesh after the other.
     triangles: Vec<Triangle>,
     /// The triangles of each mesh; none is without.
-    meshes: Vec<Range<u32>>,
-    copies: Arc<Copies>,
+    ranges: Vec<Range<u32>>,
+    /// Boxes around the parts of each mesh in the octants of its box.
+    octants: Vec<Vec<Aabb>>,
     /// The number of the first triangle of each copy, and behind them that of all.
     firsts: Vec<u32>,
     /// Bytes that the flat scene would have.
@@ -35,7 +44,7 @@ impl SceneCopies {
     /// for all copies' triangles.
     pub(super) fn new(
         triangles: Vec<Triangle>,
-        meshes: Vec<Range<u32>>,
+        ranges: Vec<Range<u32>>,
         copies: Copies,
         flat_bytes: u64,
         token: &CancelToken,
@@ -44,15 +53,37 @@ impl SceneCopies {
         for copy in 0..copies.len() as u32 {
             token.check_every(MEDIUM_STEPS, copy as usize)?;
             firsts.push(all);
-            all += meshes[copies.mesh(copy) as usize].len() as u32;
+            all += ranges[copies.mesh(copy) as usize].len() as u32;
         }
         firsts.push(all);
-        Ok(Self { triangles, meshes, copies: Arc::new(copies), firsts, flat_bytes })
+        let of_mesh = |mesh: &Range<u32>| octants(&triangles[mesh.start as usize..mesh.end as usize]);
+        let octants = ranges.iter().map(of_mesh).collect();
+        let meshes = SceneMeshes { triangles, ranges, octants, firsts, flat_bytes };
+        Ok(Self { meshes: Arc::new(meshes), copies: Arc::new(copies) })
+    }
+
+    /// The same copies with these transforms, one each, and the number of triangles of those that are nowhere: where coordinates are not
+    /// numbers or too large, a copy is a point, which no ray hits.
+    pub(super) fn moved(&self, transforms: &[Affine3A], token: &CancelToken) -> Result<(Self, u64), Cancelled> {
+        let (mut places, mut lost) = (Vec::with_capacity(transforms.len()), 0);
+        for (copy, transform) in (0..).zip(transforms) {
+            token.check_every(MEDIUM_STEPS, copy as usize)?;
+            let mesh = self.copies.mesh(copy);
+            let (place, is_lost) = moving(transform, &united(&self.meshes.octants[mesh as usize]));
+            lost += if is_lost { self.mesh(mesh).len() as u64 } else { 0 };
+            places.push((mesh, place));
+        }
+        Ok((Self { meshes: Arc::clone(&self.meshes), copies: Arc::new(Copies::at(places)) }, lost))
+    }
+
+    /// The meshes, which all moments of a model that moves share.
+    pub fn meshes(&self) -> &Arc<SceneMeshes> {
+        &self.meshes
     }
 
     /// Number of triangles of all copies.
     pub fn triangle_count(&self) -> u64 {
-        u64::from(self.firsts.last().copied().unwrap_or_default())
+        u64::from(self.meshes.firsts.last().copied().unwrap_or_default())
     }
 
     /// Where the copies stand.
@@ -62,33 +93,33 @@ impl SceneCopies {
 
     /// Bytes that the flat scene would have.
     pub fn flat_bytes(&self) -> u64 {
-        self.flat_bytes
+        self.meshes.flat_bytes
     }
 
     /// Number of meshes.
     pub fn mesh_count(&self) -> usize {
-        self.meshes.len()
+        self.meshes.ranges.len()
     }
 
     /// The triangles of all meshes, one mesh after the other.
     pub fn triangles(&self) -> &[Triangle] {
-        &self.triangles
+        &self.meshes.triangles
     }
 
     /// The triangles of a mesh.
     pub fn mesh(&self, mesh: u32) -> &[Triangle] {
-        let Range { start, end } = self.meshes[mesh as usize];
-        &self.triangles[start as usize..end as usize]
+        let Range { start, end } = self.meshes.ranges[mesh as usize];
+        &self.meshes.triangles[start as usize..end as usize]
     }
 
     /// The number of a triangle of a copy, from its number in the mesh.
     pub fn number(&self, copy: u32, triangle: u32) -> u32 {
-        self.firsts[copy as usize] + triangle
+        self.meshes.firsts[copy as usize] + triangle
     }
 
     /// The copy that has the triangle of a number.
     pub fn copy_of(&self, number: u32) -> u32 {
-        self.firsts.partition_point(|&first| first <= number).saturating_sub(1) as u32
+        self.meshes.firsts.partition_point(|&first| first <= number).saturating_sub(1) as u32
     }
 
     /// Index of the triangle of a number among those of all meshes.
@@ -99,13 +130,13 @@ impl SceneCopies {
     /// The copy that has the triangle of a number, and the triangle's index among those of all meshes.
     fn find(&self, number: u32) -> (u32, u32) {
         let copy = self.copy_of(number);
-        (copy, number - self.firsts[copy as usize] + self.meshes[self.copies.mesh(copy) as usize].start)
+        (copy, number - self.meshes.firsts[copy as usize] + self.meshes.ranges[self.copies.mesh(copy) as usize].start)
     }
 
     /// The triangle of a number in the world.
     pub fn triangle(&self, number: u32) -> Triangle {
         let (copy, triangle) = self.find(number);
-        self.copies.place(copy).triangle(&self.triangles[triangle as usize])
+        self.copies.place(copy).triangle(&self.meshes.triangles[triangle as usize])
     }
 
     /// Normals of the mesh that has the triangle of a number, in the world: of unit length, or zero as they are.
@@ -124,13 +155,12 @@ impl SceneCopies {
     /// The triangle across a box around each copy. The tree over them is that over the copies; the boxes lie closer around copies that are
     /// turned than the turned boxes of their meshes, as they are around the parts of a mesh in each octant of its box.
     pub(super) fn stand_ins(&self, token: &CancelToken) -> Result<Vec<Triangle>, Cancelled> {
-        let octants: Vec<Vec<Aabb>> = (0..self.meshes.len() as u32).map(|mesh| octants(self.mesh(mesh))).collect();
         let tasks = (0..self.copies.len()).step_by(COPIES_PER_TASK);
         let parts = par_tasks(tasks, token, |first, _| {
             let of_task = first..self.copies.len().min(first + COPIES_PER_TASK);
             let stand_in = |copy: u32| {
                 let place = self.copies.place(copy);
-                let parts = octants[self.copies.mesh(copy) as usize].iter();
+                let parts = self.meshes.octants[self.copies.mesh(copy) as usize].iter();
                 Triangle::across(&parts.fold(Aabb::EMPTY, |all, part| all.union(&place.bounds(part))))
             };
             Ok(of_task.map(|copy| stand_in(copy as u32)).collect::<Vec<_>>())
@@ -152,7 +182,7 @@ impl SceneCopies {
 
     /// Bytes of triangles and copies.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.triangles[..]) + self.copies.bytes() + size_of_val(&self.firsts[..])
+        size_of_val(&self.meshes.triangles[..]) + self.copies.bytes() + size_of_val(&self.meshes.firsts[..])
     }
 }
 
@@ -207,6 +237,10 @@ impl Ends<'_> {
         };
         Ok(side * (if side < 0.0 { least } else { largest } + translation))
     }
+}
+
+fn united(boxes: &[Aabb]) -> Aabb {
+    boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one))
 }
 
 fn around(triangles: &[Triangle]) -> Aabb {

@@ -97,7 +97,7 @@ fn load_within(
         read(path, &SceneSource::File(path.clone()), options, &token.part(index, files.len()))
     };
     let mut scene = of_file(0)?;
-    (scene.source, scene.motion) = (source.clone(), None);
+    (scene.source, scene.motion, scene.repeats_meshes) = (source.clone(), None, false);
     let mut all = Frames {
         list: Vec::with_capacity(files.len()),
         seconds: 1.0 / options.fps.unwrap_or(FRAMES_PER_SECOND),

@@ -129,7 +129,7 @@ impl BuiltinScene {
 }
 
 /// Every built-in scene, in menu order.
-pub const BUILTIN_SCENES: [BuiltinScene; 15] = [
+pub const BUILTIN_SCENES: [BuiltinScene; 16] = [
     BuiltinScene {
         name: "teapot",
         label: "Utah teapot",
@@ -201,6 +201,12 @@ pub const BUILTIN_SCENES: [BuiltinScene; 15] = [
         label: "Stack of crates",
         description: "Copies of three crates of boards, each turned its own way, some out of true",
         size: Some(("crates", 1, 217, 1_000_000)),
+    },
+    BuiltinScene {
+        name: "traffic",
+        label: "Traffic",
+        description: "Copies of three vehicles on round lanes, of which neighbours go opposite ways",
+        size: Some(("vehicles", 1, 400, 1_000_000)),
     },
     BuiltinScene {
         name: "walker",

@@ -38,7 +38,7 @@ fn load_copies(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), Load
     // The trees are those of two levels.
     assembly.has_tree = options.instances != Instancing::Flat;
     let placed = instances.iter().map(|instance| Placed { mesh: instance.mesh, transform: instance.transform() });
-    assembly.copies = Some(PlacedMeshes { meshes, placed: placed.collect() });
+    assembly.copies = Some(PlacedMeshes { meshes, placed: placed.collect(), motion: None });
     append(&triangles, file, assembly)
 }
 

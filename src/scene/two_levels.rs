@@ -6,6 +6,8 @@ use std::sync::Arc;
 use super::error::LoadError;
 use super::flatten::{check_count, fits_flat, flat_size, flatten};
 use super::model::Scene;
+use super::motion::Motion;
+use super::moving_copies::{CopyMotion, LevelMover};
 use super::options::Instancing;
 use super::placed_meshes::PlacedMeshes;
 use super::scene_copies::SceneCopies;
@@ -59,7 +61,12 @@ pub(super) fn two_levels(mut scene: Scene, copies: PlacedMeshes, token: &CancelT
     check_count(copies.triangle_count(), "triangles", &path)?;
     let places = copies.places(&scene.triangles, &path, token)?;
     let triangles = std::mem::take(&mut scene.triangles);
+    let motion = copies.motion;
     let copies = SceneCopies::new(triangles, copies.meshes, places, flat_bytes, token)?;
+    scene.motion = motion.map(|CopyMotion { clips, rig }| {
+        let mover = LevelMover { still: copies.clone(), rig };
+        Arc::new(Motion::new(clips, Box::new(mover)))
+    });
     scene.triangles = copies.stand_ins(token)?;
     scene.bounds = copies.bounds(&scene.triangles, token)?;
     scene.mesh_count = copies.mesh_count();

@@ -29,7 +29,7 @@ const LARGEST_RESIDUAL: f64 = 1.0 / (1 << 30) as f64;
 pub struct Placement {
     /// Factors of the coordinates and the translation, by axis of the world.
     pub(crate) rows: [[f32; 4]; 3],
-    /// The inverse of the factors: of the coordinates of the world, by axis of the mesh.
+    /// The inverse of the factors: of the coordinates of the world, by axis of the mesh. NaN, as is the widening, where there is none.
     pub(crate) inverse: [[f32; 3]; 3],
     /// By how much boxes are widened on each axis of the mesh for each unit of the sum of `reach` and the largest absolute coordinate of the
     /// ray's origin.
@@ -64,22 +64,30 @@ impl Placement {
     ///
     /// Why there can be no such copy: a transform that is not finite, singular or nearly so, or with scales or coordinates out of range.
     pub fn new(transform: &Affine3A, bounds: &Aabb) -> Result<Self, &'static str> {
+        Self::with_inverse(transform, bounds, inverse_of)
+    }
+
+    /// A copy that moves, which may be pressed flat or to a point on its way: as no inverse carries rays into the mesh then, they are tested
+    /// with every triangle of it.
+    ///
+    /// # Errors
+    ///
+    /// Why there can be no such copy: a transform that is not finite, or coordinates out of range.
+    pub fn moving(transform: &Affine3A, bounds: &Aabb) -> Result<Self, &'static str> {
+        Self::with_inverse(transform, bounds, |matrix| Ok(inverse_of(matrix).unwrap_or(DMat3::NAN)))
+    }
+
+    fn with_inverse(
+        transform: &Affine3A,
+        bounds: &Aabb,
+        inverse_of: impl FnOnce(&DMat3) -> Result<DMat3, &'static str>,
+    ) -> Result<Self, &'static str> {
         let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
         let rows: [[f32; 4]; 3] = from_fn(|axis| [x[axis], y[axis], z[axis], transform.translation[axis]]);
         if !rows.as_flattened().iter().all(|number| number.is_finite()) {
             return Err("its transform is not finite");
         }
-        let matrix = DMat3::from_cols(x.as_dvec3(), y.as_dvec3(), z.as_dvec3());
-        let inverse = matrix.inverse();
-        let residual = inverse * matrix - DMat3::IDENTITY;
-        // NaN fails each comparison.
-        let is_within = |matrix: DMat3, limit: f64| matrix.to_cols_array().iter().all(|number| number.abs() <= limit);
-        if !is_within(residual, LARGEST_RESIDUAL) {
-            return Err("its transform is singular, or nearly so");
-        }
-        if !(is_within(matrix, LARGEST_SCALE) && is_within(inverse, LARGEST_SCALE)) {
-            return Err("its scale is below 1e-12 or above 1e12");
-        }
+        let inverse = inverse_of(&DMat3::from_cols(x.as_dvec3(), y.as_dvec3(), z.as_dvec3()))?;
         let farthest = if bounds.is_empty() { Vec3::ZERO } else { bounds.min.abs().max(bounds.max.abs()) }.as_dvec3();
         let terms = |row: [f32; 4]| {
             let [x, y, z, translation] = row.map(|number| f64::from(number.abs()));
@@ -92,6 +100,11 @@ impl Placement {
         let widening = rows_of(&inverse).map(|row| (row.abs().element_sum() * CARRY_PAD) as f32);
         let inverse = rows_of(&inverse).map(|row| row.as_vec3().to_array());
         Ok(Self { rows, inverse, widening, reach: (reach as f32).next_up() })
+    }
+
+    /// True if no ray can be carried into the coordinates of the mesh, see [`Placement::moving`].
+    pub fn is_singular(&self) -> bool {
+        self.inverse[0][0].is_nan()
     }
 
     /// A point of the mesh in the world: ((x·m₀ + y·m₁) + z·m₂) + m₃ on each axis, each operation rounded to single precision. Whoever
@@ -112,8 +125,15 @@ impl Placement {
     /// The direction in the world of a normal in the mesh, which stays perpendicular to what it was; its length is another. A mirrored copy
     /// keeps its outside.
     pub fn normal(&self, normal: Vec3) -> Vec3 {
-        let [x, y, z] = self.inverse.map(|row| Vec3::from_array(row).as_dvec3());
-        let direction = x * f64::from(normal.x) + y * f64::from(normal.y) + z * f64::from(normal.z);
+        let normal = normal.as_dvec3();
+        let direction = if self.is_singular() {
+            // The cofactors, which are the inverse transpose up to a factor.
+            let [x, y, z] = rows_of(&self.matrix());
+            DVec3::new(y.cross(z).dot(normal), z.cross(x).dot(normal), x.cross(y).dot(normal))
+        } else {
+            let [x, y, z] = self.inverse.map(|row| Vec3::from_array(row).as_dvec3());
+            x * normal.x + y * normal.y + z * normal.z
+        };
         // Within the range of single precision, whatever the scale.
         (direction / direction.abs().max_element().max(f64::MIN_POSITIVE)).as_vec3()
     }
@@ -225,6 +245,9 @@ impl Placement {
     #[cold]
     #[inline(never)]
     fn carry_scaled(&self, ray: &Ray) -> Option<CarriedRay> {
+        if self.is_singular() {
+            return None;
+        }
         let inverse = self.matrix().inverse();
         let [x, y, z] = self.rows.map(|row| f64::from(row[3]));
         let origin = (inverse * (ray.origin.as_dvec3() - DVec3::new(x, y, z))).as_vec3();
@@ -243,6 +266,21 @@ impl Placement {
         let carried = CarriedRay { ray: carried, per_distance, widening };
         fits.then(|| CarriedRay { ray: Ray { t_max: carried.distance(ray.t_max), ..carried.ray }, ..carried })
     }
+}
+
+/// The inverse of the factors of the coordinates; the error says why there is none to rely on.
+fn inverse_of(matrix: &DMat3) -> Result<DMat3, &'static str> {
+    let inverse = matrix.inverse();
+    let residual = inverse * *matrix - DMat3::IDENTITY;
+    // NaN fails each comparison.
+    let is_within = |matrix: &DMat3, limit: f64| matrix.to_cols_array().iter().all(|number| number.abs() <= limit);
+    if !is_within(&residual, LARGEST_RESIDUAL) {
+        return Err("its transform is singular, or nearly so");
+    }
+    if !(is_within(matrix, LARGEST_SCALE) && is_within(&inverse, LARGEST_SCALE)) {
+        return Err("its scale is below 1e-12 or above 1e12");
+    }
+    Ok(inverse)
 }
 
 fn rows_of(matrix: &DMat3) -> [DVec3; 3] {

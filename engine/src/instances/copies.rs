@@ -24,11 +24,11 @@ pub struct Placed {
 }
 
 /// Where copies of meshes stand.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct Copies(Vec<PlacedMesh>);
 
 /// A copy and its mesh.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PlacedMesh {
     pub(super) mesh: u32,
     pub(super) place: Placement,
@@ -67,6 +67,11 @@ impl Copies {
             copies.push(PlacedMesh { mesh: *mesh, place: Placement::new(transform, bounds).map_err(refused)? });
         }
         Ok(Self(copies))
+    }
+
+    /// Copies of meshes by their indices, at places that were made before.
+    pub fn at(copies: impl IntoIterator<Item = (u32, Placement)>) -> Self {
+        Self(copies.into_iter().map(|(mesh, place)| PlacedMesh { mesh, place }).collect())
     }
 
     /// Number of copies.

@@ -254,6 +254,9 @@ impl Unfolding<'_> {
 /// The box `bounds` of a mesh in the world, turned and skewed as the copy is; what it encloses is known to lie `within`.
 fn placed(place: &Placement, bounds: &Aabb, within: &Aabb) -> OrientedBox {
     let around = place.bounds(bounds).intersection(within);
+    if place.is_singular() {
+        return OrientedBox::plain(around);
+    }
     let (planes, intervals) = place.planes(bounds);
     OrientedBox::between(around, planes.map(Vec3::from_array), intervals)
 }

@@ -91,13 +91,14 @@ impl BuildKey {
 
     /// The scene at the moment, with its unfolded copies.
     fn moved(&self, token: &CancelToken) -> Result<Arc<Scene>, LoadError> {
-        if self.unfolded != self.scene.unfolded.ranges {
-            return self.scene.with_unfolded(&self.unfolded, token).map(Arc::new);
+        let scene = match self.moment.filter(|_| self.scene.moment != self.moment) {
+            Some(moment) => Arc::new(self.scene.at(moment, token)?),
+            None => Arc::clone(&self.scene),
+        };
+        if self.unfolded == scene.unfolded.ranges {
+            return Ok(scene);
         }
-        match self.moment.filter(|_| self.scene.moment != self.moment) {
-            Some(moment) => self.scene.at(moment, token).map(Arc::new),
-            None => Ok(Arc::clone(&self.scene)),
-        }
+        scene.with_unfolded(&self.unfolded, token).map(Arc::new)
     }
 }
 
@@ -229,7 +230,7 @@ pub(crate) fn start_worker(wake: impl Fn() + Send + Sync + 'static) -> std::io::
                 wait_for_first_frame(token);
                 if !token.is_cancelled() {
                     // No other build has followed, so the buffers for reuse are freed.
-                    session.build = BuildSession::default();
+                    session.build.forget_scene();
                     // Where it is cancelled, the derived worker computes what is needed.
                     let _ = pool
                         .run("build", threads, || accel.compute_derived(token).and_then(|()| table.list(None, token)));

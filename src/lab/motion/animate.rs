@@ -134,7 +134,7 @@ fn measurement(
         is_update: true,
         stages_ms: std::collections::BTreeMap::new(),
         ready_ms: Some(row.ready_ms()),
-        epo: Some(row.epo),
+        epo: row.epo,
         hashes: None,
         wide: None,
         trace: None,
@@ -160,7 +160,7 @@ fn measurement(
     Measurement {
         command: "animate".to_owned(),
         model: subject.model.clone(),
-        triangles: subject.scene.triangles.len(),
+        triangles: subject.scene.triangle_count() as usize,
         builder: setup.build.builder.name().to_owned(),
         tree: None,
         label: None,

@@ -5,24 +5,21 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::break_even::FrameCost;
-use crate::accel::{Accel, Follow, WeightedRay};
+use crate::accel::{Accel, Follow, MeshTrees, WeightedRay};
 use crate::budget::Budget;
 use crate::catalog::reading::Times;
 use crate::lab::measure::{LabError, turns};
 use crate::lab::measurement::millis;
 use crate::lab::population::{MeasuredRays, Population, ViewRays};
 use crate::scene::{Moment, Motion, Pose, Scene, Warnings};
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::follow::{Follower, POSES, Policy, Update};
 use bvhscope_engine::geometry::{Hit, Ray, Triangle};
 use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::BuildSettings;
-use bvhscope_engine::tree::overlap::{EndPointOverlap, end_point_overlap};
-use bvhscope_engine::tree::statistics::tree_stats;
-use bvhscope_engine::tree::visits::measure_weighted_visits;
-use bvhscope_engine::with_tree;
-use bvhscope_engine::{AnyTree, BuildError, TreeStats, WideBvh};
+use bvhscope_engine::tree::overlap::EndPointOverlap;
+use bvhscope_engine::{AnyTree, BuildError, TreeStats};
 
 /// Frames at most.
 pub const MAX_FRAMES: usize = 10_000;
@@ -93,8 +90,8 @@ pub struct MotionRow {
     pub stats: TreeStats,
     /// Bytes of the binary tree.
     pub tree_bytes: usize,
-    /// End-point overlap of the binary tree.
-    pub epo: EndPointOverlap,
+    /// End-point overlap of the binary tree; `None` of a scene of copies.
+    pub epo: Option<EndPointOverlap>,
     /// Tests and cost of the rays of each population, in the order of the plan.
     pub rays: Vec<MeasuredRays>,
     /// Warnings of the model at this moment.
@@ -149,6 +146,8 @@ pub struct MotionStudy {
     motion: Arc<Motion>,
     plan: MotionPlan,
     followers: Vec<Follower>,
+    /// Of a scene of copies, which stay as they are.
+    meshes: MeshTrees,
     next: usize,
 }
 
@@ -173,7 +172,7 @@ impl MotionStudy {
                 follower.enclose(&pose.triangles, token)?;
             }
         }
-        Ok(Self { scene: Arc::clone(scene), motion, plan, followers, next: 0 })
+        Ok(Self { scene: Arc::clone(scene), motion, plan, followers, meshes: MeshTrees::default(), next: 0 })
     }
 
     /// The rows of the next frame, one for each policy, in the calling thread's rayon pool; `None` after the last. In each round each tree
@@ -202,7 +201,7 @@ impl MotionStudy {
                     &mut self.followers[index]
                 };
                 updates[index] = follower.follow(&scene.triangles, token)?;
-                let ray_ns = self.plan.traced(&scene, follower).time(&mut lists, token)?;
+                let ray_ns = self.plan.traced(&scene, follower, &mut self.meshes).time(&mut lists, token)?;
                 rounds[index].push(&updates[index], ray_ns);
                 token.set_progress(1.0);
             }
@@ -213,6 +212,7 @@ impl MotionStudy {
         {
             let token = &token.part(repeat * count + index, repeat * count + count);
             token.check()?;
+            let accel = self.plan.traced(&scene, follower, &mut self.meshes).accel(token)?;
             rows.push(MotionRow {
                 policy: follower.policy(),
                 frame,
@@ -220,15 +220,10 @@ impl MotionStudy {
                 update,
                 rounds,
                 preparation: follower.preparation(),
-                stats: tree_stats(follower.tree(), token)?,
+                stats: accel.report.stats.clone(),
                 tree_bytes: follower.tree().bytes(),
-                epo: end_point_overlap(
-                    follower.tree(),
-                    &scene.triangles,
-                    self.plan.epo_samples.unwrap_or(usize::MAX),
-                    token,
-                )?,
-                rays: self.plan.traced(&scene, follower).count(&mut lists, token)?,
+                epo: accel.epo(self.plan.epo_samples, token)?,
+                rays: self.plan.count(&accel, &mut lists, token)?,
                 warnings: scene.warnings.clone(),
             });
             token.set_progress(1.0);
@@ -245,7 +240,7 @@ fn sampled_poses(
     token: &CancelToken,
 ) -> Result<Vec<Vec<Triangle>>, LabError> {
     let count = if plan.policies.contains(&Policy::WholeClip) { POSES } else { 1 };
-    let bytes = (count * size_of_val(&scene.triangles[..])) as u64;
+    let bytes = (count * size_of_val(scene.built_triangles())) as u64;
     Budget::of_process().check("the poses of a clip", bytes).map_err(|error| LabError::Refused(error.to_string()))?;
     let mut poses = Vec::with_capacity(count);
     for index in 0..count {
@@ -260,65 +255,75 @@ fn sampled_poses(
 struct Traced<'a> {
     plan: &'a MotionPlan,
     scene: &'a Arc<Scene>,
-    tree: &'a AnyTree,
-    wide: &'a WideBvh,
+    follower: &'a Follower,
+    meshes: &'a mut MeshTrees,
 }
 
 impl MotionPlan {
-    fn traced<'a>(&'a self, scene: &'a Arc<Scene>, follower: &'a Follower) -> Traced<'a> {
-        Traced { plan: self, scene, tree: follower.tree(), wide: follower.wide() }
+    fn traced<'a>(&'a self, scene: &'a Arc<Scene>, follower: &'a Follower, meshes: &'a mut MeshTrees) -> Traced<'a> {
+        Traced { plan: self, scene, follower, meshes }
+    }
+
+    /// Counts the tests of the rays of each population. `lists` keeps rays that are the same in every tree of the frame.
+    fn count(
+        &self,
+        accel: &Arc<Accel>,
+        lists: &mut [Option<Vec<Ray>>],
+        token: &CancelToken,
+    ) -> Result<Vec<MeasuredRays>, LabError> {
+        let trace = |count: u32, ray: WeightedRay<'_>, token: &CancelToken| accel.visits(count, ray, token);
+        let sums = self.rays.iter().zip(lists).map(|(rays, known)| {
+            let list = list(rays, known, &accel.tree, || Ok(Arc::clone(accel)), token)?;
+            Ok(rays.visits(&accel.scene, &accel.tree, &trace, &list, token)?.sums)
+        });
+        sums.collect()
     }
 }
 
 impl Traced<'_> {
-    /// Counts the tests of the rays of each population. `lists` keeps rays that are the same in every tree of the frame.
-    fn count(&self, lists: &mut [Option<Vec<Ray>>], token: &CancelToken) -> Result<Vec<MeasuredRays>, Cancelled> {
-        let triangles = self.tree.leaf_triangles(&self.scene.triangles, token)?;
-        let rays = self.plan.rays.iter().zip(lists);
-        let sums = rays.map(|(rays, known)| {
-            let list = self.list(rays, known, token)?;
-            let trace = |count: u32, ray: WeightedRay<'_>, token: &CancelToken| {
-                with_tree!(self.tree, tree => measure_weighted_visits(tree, &triangles, count, ray, token))
-            };
-            Ok(rays.visits(self.scene, self.tree, &trace, &list, token)?.sums)
-        });
-        sums.collect()
+    fn accel(&mut self, token: &CancelToken) -> Result<Arc<Accel>, LabError> {
+        Ok(Arc::new(Accel::of_follower(self.scene, &self.plan.build, self.follower, self.meshes, token)?))
     }
 
     /// Wall-clock time in nanoseconds of finding the nearest hit of a ray of the first population, all threads together; `None` without
     /// rays.
-    fn time(&self, lists: &mut [Option<Vec<Ray>>], token: &CancelToken) -> Result<Option<f64>, Cancelled> {
+    fn time(&mut self, lists: &mut [Option<Vec<Ray>>], token: &CancelToken) -> Result<Option<f64>, LabError> {
         let Some((rays, known)) = self.plan.rays.first().zip(lists.first_mut()) else { return Ok(None) };
-        let list = self.list(rays, known, token)?;
+        let list = list(rays, known, self.follower.tree(), || self.accel(token), token)?;
         if list.is_empty() {
             return Ok(None);
         }
+        // A flat scene has no need of the binary tree, of which this is a copy.
+        let levels = self.scene.copies.is_some().then(|| self.accel(token)).transpose()?;
+        let (wide, simd) = (&self.follower.wide().tree, self.plan.simd.level());
         let mut hits: Vec<Option<Hit>> = vec![None; list.len()];
         let start = Instant::now();
         par_tasks(list.chunks(RAYS_PER_TASK).zip(hits.chunks_mut(RAYS_PER_TASK)), token, |(rays, hits), _| {
-            self.wide.tree.closest_hits(self.plan.simd.level(), rays, hits);
+            match &levels {
+                Some(levels) => levels.closest_hits(rays, hits),
+                None => wide.closest_hits(simd, rays, hits),
+            }
             Ok(())
         })?;
         Ok(Some(start.elapsed().as_secs_f64() * 1e9 / list.len() as f64))
     }
+}
 
-    /// The rays of a population in this tree.
-    fn list<'a>(
-        &self,
-        rays: &ViewRays,
-        known: &'a mut Option<Vec<Ray>>,
-        token: &CancelToken,
-    ) -> Result<Cow<'a, [Ray]>, Cancelled> {
-        if rays.population() == Population::Random {
-            return Ok(rays.random_lines(self.tree).into());
-        }
-        let list = if let Some(list) = known.take() {
-            list
-        } else {
-            // By any tree: all hit the same.
-            let tree = Accel::with_tree(self.scene, &self.plan.build, self.tree.clone(), token)?;
-            rays.list(&Arc::new(tree), token)?
-        };
-        Ok(Cow::from(&known.insert(list)[..]))
+/// The rays of a population in a `tree`, which `accel` has.
+fn list<'a>(
+    rays: &ViewRays,
+    known: &'a mut Option<Vec<Ray>>,
+    tree: &AnyTree,
+    accel: impl FnOnce() -> Result<Arc<Accel>, LabError>,
+    token: &CancelToken,
+) -> Result<Cow<'a, [Ray]>, LabError> {
+    if rays.population() == Population::Random {
+        return Ok(rays.random_lines(tree).into());
     }
+    let list = match known.take() {
+        Some(list) => list,
+        // By any tree: all hit the same.
+        None => rays.list(&accel()?, token)?,
+    };
+    Ok(Cow::from(&known.insert(list)[..]))
 }

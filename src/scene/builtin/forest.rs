@@ -55,7 +55,7 @@ pub(super) fn build(plants: u32, assembly: &mut Assembly, token: &CancelToken) -
         None => Placed { mesh: 0, transform: Affine3A::IDENTITY },
         Some(index) => plant(index),
     })?;
-    Ok(PlacedMeshes { meshes, placed })
+    Ok(PlacedMeshes { meshes, placed, motion: None })
 }
 
 /// Where a plant stands: points of the R2 sequence (Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018), which are

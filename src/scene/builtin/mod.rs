@@ -12,6 +12,7 @@ mod stack;
 mod teapot;
 mod terrain;
 mod thin;
+mod traffic;
 mod village;
 mod walker;
 
@@ -88,6 +89,7 @@ fn build_meshes(
         "forest" => copies = Some(forest::build(size, &mut assembly, token)?),
         "village" => copies = Some(village::build(size, &mut assembly, token)?),
         "stack" => copies = Some(stack::build(size, &mut assembly, token)?),
+        "traffic" => copies = Some(traffic::build(size, &mut assembly, token)?),
         _ => classics::clusters(size, &mut assembly, token)?,
     }
     token.check()?;
@@ -97,7 +99,7 @@ fn build_meshes(
 
 /// True if the size of a scene is a number of copies.
 fn is_of_copies(name: &str) -> bool {
-    ["forest", "village", "stack"].contains(&name)
+    ["forest", "village", "stack", "traffic"].contains(&name)
 }
 
 /// Upper bound of the triangle count of a scene, in which each mesh is counted once, for reserving memory.
@@ -106,6 +108,7 @@ fn max_triangles(name: &str, size: u32) -> usize {
         "forest" => return forest::mesh_triangles(size),
         "village" => return village::mesh_triangles(size),
         "stack" => return stack::MESH_TRIANGLES,
+        "traffic" => return traffic::MESH_TRIANGLES,
         _ => {}
     }
     let size = size as usize;
@@ -168,7 +171,7 @@ mod tests {
     #[test]
     fn copies_and_their_flat_scene_are_hit_alike() {
         let (settings, token) = (BuildSettings::default(), CancelToken::new());
-        for (name, size) in [("forest", 25), ("village", 30), ("stack", 60)] {
+        for (name, size) in [("forest", 25), ("village", 30), ("stack", 60), ("traffic", 50)] {
             let (scene, copies, flat) = made(name, size);
             assert_eq!(flat.triangles.len() as u64, copies.triangle_count());
             let tree = |mesh: &std::ops::Range<u32>| {
@@ -198,7 +201,7 @@ mod tests {
 
     #[test]
     fn scenes_of_copies_are_the_same_by_any_number_of_threads() {
-        for (name, size) in [("forest", 40), ("village", 70), ("stack", 90)] {
+        for (name, size) in [("forest", 40), ("village", 70), ("stack", 90), ("traffic", 80)] {
             let [one, two] = [1, 2].map(|threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| made(name, size).2)
@@ -215,7 +218,7 @@ mod tests {
         let plants: Vec<usize> = copies.meshes[1..].iter().map(ExactSizeIterator::len).collect();
         let mean = plants.iter().sum::<usize>() / plants.len();
         assert!(plants.len() == 5 && (1_800..2_200).contains(&mean), "{plants:?}");
-        for (name, size) in [("forest", 1), ("village", 1), ("stack", 1)] {
+        for (name, size) in [("forest", 1), ("village", 1), ("stack", 1), ("traffic", 1)] {
             let count = made(name, size).0.triangles.len();
             assert!(count <= max_triangles(name, size), "{name}: {count}");
         }

@@ -86,7 +86,7 @@ pub(super) fn build(crates: u32, assembly: &mut Assembly, token: &CancelToken) -
         None => Placed { mesh: 0, transform: Affine3A::IDENTITY },
         Some(index) => placed(&plan, index),
     })?;
-    Ok(PlacedMeshes { meshes, placed })
+    Ok(PlacedMeshes { meshes, placed, motion: None })
 }
 
 /// Where a crate stands, or lies tilted on an edge.

@@ -94,7 +94,7 @@ pub(super) fn build(houses: u32, assembly: &mut Assembly, token: &CancelToken) -
         }
         Some(index) => house(&plan, index - plan.pieces(), &ground),
     })?;
-    Ok(PlacedMeshes { meshes, placed })
+    Ok(PlacedMeshes { meshes, placed, motion: None })
 }
 
 /// The place of a piece of a street, sheared so that it lies along the slope of the ground.

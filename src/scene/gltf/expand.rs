@@ -58,14 +58,14 @@ impl Copies<'_> {
     }
 }
 
-/// Appends all copies of all meshes, or each mesh once and its copies apart. Returns those that clips move.
+/// Appends all copies of all meshes, or each mesh once and its copies apart. Returns what clips move.
 pub(super) fn expand(
     file: &ModelFile<'_>,
     copies: &[Copies],
     meshes: &[Option<Vec<Primitive>>],
     instances: Instancing,
     assembly: &mut Assembly,
-) -> Result<Vec<Placed>, LoadError> {
+) -> Result<Moved, LoadError> {
     let ModelFile { path, token, .. } = *file;
     let primitives = |of: &Copies| meshes.get(of.placement.mesh).and_then(Option::as_deref).unwrap_or_default();
     let triangles_of =
@@ -76,7 +76,7 @@ pub(super) fn expand(
     let (triangles, vertices) = (counts(copies, triangles_of, token)?, counts(copies, vertices_of, token)?);
     let bytes =
         triangles[0].saturating_mul(BYTES_PER_TRIANGLE).saturating_add(vertices[0].saturating_mul(BYTES_PER_VERTEX));
-    assembly.repeats_meshes = triangles[1] < triangles[0] && copies.iter().all(|one| !one.is_kept);
+    assembly.repeats_meshes = triangles[1] < triangles[0];
     let has_copies = triangles[1] < triangles[0] || instances == Instancing::TwoLevel;
     let is_flat = !has_copies || triangles[0] <= MAX_TRIANGLES && is_flat(instances, triangles[0], bytes);
     let made = |[all, once]: [u64; 2]| usize::try_from(if is_flat { all } else { once }).unwrap_or(usize::MAX);
@@ -84,8 +84,7 @@ pub(super) fn expand(
     assembly.reserve(made(triangles)).map_err(|error| error.in_file(path))?;
     assembly.offset = offset(copies, primitives, token)?;
     if !is_flat {
-        keep(copies, primitives, assembly, token)?;
-        return Ok(Vec::new());
+        return Ok(Moved::Copies(keep(copies, primitives, assembly, token)?));
     }
     let to_scene = DMat4::from_translation(-assembly.offset);
     let (mut done, mut placed) = (0_usize, Vec::new());
@@ -110,7 +109,7 @@ pub(super) fn expand(
             }
         }
     }
-    Ok(placed)
+    Ok(Moved::Parts(placed))
 }
 
 /// Sums of `of` each mesh: over all copies, and over each mesh that is made once.
@@ -131,15 +130,16 @@ pub(super) fn counts(
 }
 
 /// Appends each mesh once, as copies that are mirrored and others show it, and its copies apart. Copies without a place of their own, as by
-/// skins or by transforms that flatten them, are meshes of one copy.
+/// skins or by transforms that flatten them, are meshes of one copy, unless clips move them. Returns the index of those that these do, with
+/// the number of the copy, in order.
 fn keep<'a>(
     copies: &[Copies],
     primitives: impl Fn(&Copies) -> &'a [Primitive],
     assembly: &mut Assembly,
     token: &CancelToken,
-) -> Result<(), Cancelled> {
+) -> Result<Vec<[usize; 2]>, Cancelled> {
     let to_scene = DMat4::from_translation(-assembly.offset);
-    let (mut kept, mut known) = (KeptCopies::new(), HashMap::new());
+    let (mut kept, mut known, mut moved) = (KeptCopies::new(), HashMap::new(), Vec::new());
     for (index, one) in copies.iter().enumerate() {
         token.set_progress(READ_PROGRESS + (1.0 - READ_PROGRESS) * index as f32 / copies.len() as f32);
         for copy in 0..one.instances.count() {
@@ -159,7 +159,12 @@ fn keep<'a>(
                     Entry::Occupied(known) => *known.get(),
                     Entry::Vacant(new) => *new.insert(add(&[Mat4::IDENTITY], is_mirrored, &mut kept)?),
                 };
-                if mesh.is_none_or(|mesh| kept.place(mesh, Affine3A::from_mat4(*transform))) {
+                let (Some(mesh), transform) = (mesh, Affine3A::from_mat4(*transform)) else { continue };
+                if one.is_kept {
+                    kept.place_moving(mesh, transform);
+                    moved.push([index, copy]);
+                }
+                if one.is_kept || kept.place(mesh, transform) {
                     continue;
                 }
             }
@@ -170,7 +175,7 @@ fn keep<'a>(
     }
     let (copies, reach) = kept.finish();
     (assembly.copies, assembly.reach) = (Some(copies), Some(reach));
-    Ok(())
+    Ok(moved)
 }
 
 /// The offset of the scene. Where the vertices themselves are far from the origin, which single precision has rounded in the file,
@@ -200,6 +205,14 @@ fn offset<'a>(
         }
     }
     Ok(if is_fine { extent.offset() } else { DVec3::ZERO })
+}
+
+/// Contents of a scene that clips move.
+pub(super) enum Moved {
+    /// The copies of primitives in a flat scene.
+    Parts(Vec<Placed>),
+    /// The copies of meshes in one of two levels, each as [`Placed::copy`] has it.
+    Copies(Vec<[usize; 2]>),
 }
 
 /// A copy of a primitive in the scene.

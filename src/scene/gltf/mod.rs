@@ -57,10 +57,12 @@ pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), 
     assembly.scenes = (document.gltf.scenes().map(name).collect(), hierarchy.scene);
     let animations = animation::read(&document, &accessors, &hierarchy.order, &mut assembly.warnings, token)?;
     rig::count_carried(&document, &hierarchy.order, &animations.moved_nodes(), &mut assembly.warnings, token)?;
-    if options.instances == Instancing::TwoLevel && !animations.clips.is_empty() {
-        assembly.warnings.add("copies of a model that moves flattened", || FileLocation::Json("animations".to_owned()));
+    let keeps_meshes = animations.clips.is_empty() || rig::keeps_meshes(&document, &animations, &hierarchy.placements);
+    if options.instances == Instancing::TwoLevel && !keeps_meshes {
+        let what = "copies of a model whose meshes move in themselves flattened";
+        assembly.warnings.add(what, || FileLocation::Json("animations".to_owned()));
     }
-    let instances = if animations.clips.is_empty() { options.instances } else { Instancing::Flat };
+    let instances = if keeps_meshes { options.instances } else { Instancing::Flat };
     let (copies, order) = plan(file, &document, &accessors, hierarchy, (&animations, instances), assembly)?;
     announced::warn(&document.gltf, &mut assembly.warnings, token)?;
     let (materials, uses) = material::read_all(&document, &mut images);
@@ -86,9 +88,10 @@ pub(super) fn load(file: &ModelFile<'_>, assembly: &mut Assembly) -> Result<(), 
     if !meshes.iter().flatten().flatten().any(|primitive| primitive.material == default) {
         assembly.materials.pop();
     }
-    let placed = expand(file, &copies, &meshes, instances, assembly)?;
+    let moved = expand(file, &copies, &meshes, instances, assembly)?;
+    assembly.repeats_meshes &= keeps_meshes;
     if !animations.clips.is_empty() {
-        assembly.motion = Some(rig::motion(&document, animations, &order, &copies, placed, assembly));
+        rig::add_motion(&document, animations, &order, &copies, moved, assembly);
     }
     Ok(())
 }

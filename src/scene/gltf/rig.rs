@@ -2,26 +2,28 @@
 
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::animation::Animations;
 use super::document::Document;
-use super::expand::{Copies, Placed};
-use super::nodes::Ordered;
+use super::expand::{Copies, Moved};
+use super::nodes::{Ordered, Placement};
 use super::table::extension;
 use crate::scene::assemble::Assembly;
 use crate::scene::error::{FileLocation, Warnings};
-use crate::scene::motion::{Motion, Part, Rig, RigNode, RigSkin};
+use crate::scene::motion::{Motion, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
+use crate::scene::moving_copies::CopyMotion;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
-/// The motion of what was `placed` by the clips of `animations`.
-pub(super) fn motion(
+/// Adds the motion of what was `moved` by the clips of `animations`.
+pub(super) fn add_motion(
     document: &Document,
     animations: Animations,
     order: &[Ordered],
     copies: &[Copies],
-    placed: Vec<Placed>,
-    assembly: &Assembly,
-) -> Motion {
+    moved: Moved,
+    assembly: &mut Assembly,
+) {
     let places: HashMap<usize, usize> = order.iter().enumerate().map(|(place, one)| (one.node, place)).collect();
     // Nodes of skins and meshes are in the scene.
     let place = |node: usize| places.get(&node).copied().unwrap_or_default();
@@ -51,6 +53,20 @@ pub(super) fn motion(
             });
         }
     }
+    let placed = match moved {
+        Moved::Parts(placed) => placed,
+        Moved::Copies(moved) => {
+            let copy = |[copy, instance]: [usize; 2]| {
+                let Copies { placement, instances, .. } = &copies[copy];
+                RigCopy { node: place(placement.node), transform: instances.transform(instance).as_dmat4() }
+            };
+            rig.copies = moved.into_iter().map(copy).collect();
+            if let Some(kept) = &mut assembly.copies {
+                kept.motion = Some(CopyMotion { clips: animations.clips, rig: Arc::new(rig) });
+            }
+            return;
+        }
+    };
     for one in placed {
         let [copy, instance] = one.copy;
         let copies = &copies[copy];
@@ -66,7 +82,15 @@ pub(super) fn motion(
             shape: one.shape,
         });
     }
-    Motion::new(animations.clips, Box::new(rig))
+    assembly.motion = Some(Motion::new(animations.clips, Box::new(rig)));
+}
+
+/// Whether clips move nodes and nothing in them, so that the meshes of a scene of `placements` keep their form.
+pub(super) fn keeps_meshes(document: &Document, animations: &Animations, placements: &[Placement]) -> bool {
+    let deforms = |track: &Track| matches!(track.target, Target::Weights(_) | Target::Visibility(_));
+    let has_skin =
+        |placement: &Placement| document.gltf.nodes().nth(placement.node).is_some_and(|node| node.skin().is_some());
+    !animations.tracks.iter().flatten().any(deforms) && !placements.iter().any(has_skin)
 }
 
 /// Counts cameras and lights on nodes that clips move, or below these: all moments show them where the file has them.

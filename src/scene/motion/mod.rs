@@ -22,7 +22,7 @@ use bvhscope_engine::geometry::Aabb;
 pub(super) use curve::{Curve, Interpolation};
 pub(super) use pose::Mover;
 pub use pose::{Moment, Pose};
-pub(super) use rig::{Local, Part, Rig, RigNode, RigSkin, Target, Track};
+pub(super) use rig::{Local, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
 pub(super) use shape::{Columns, Hold, MorphTarget, Shape, Vertices, columns, scale_of, share, turned, turned_tangent};
 
 /// Names of clips that a message lists.
@@ -134,7 +134,7 @@ impl Motion {
             let Clip { start, end, .. } = self.clips[clip];
             let seconds = start + (end - start) * moment as f32 / (count - 1) as f32;
             self.pose(Moment { clip, seconds }, &mut pose, token)?;
-            reach = reach.union(&pose.bounds());
+            reach = reach.union(&pose.bounds(token)?);
         }
         Ok(*self.reaches[clip].get_or_init(|| reach))
     }

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::scene::attributes::Surface;
 use crate::scene::error::LoadError;
 use crate::scene::offset::MAX_COORDINATE;
-use bvhscope_engine::cancel::CancelToken;
+use crate::scene::scene_copies::SceneCopies;
+use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 
 /// Triangles that a task bounds.
@@ -27,7 +28,7 @@ pub struct Moment {
 /// The triangles of a model at a moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pose {
-    /// The triangles in their usual order, all of them finite.
+    /// The triangles in their usual order, all of them finite; of a scene of copies those that stand for the copies.
     pub triangles: Vec<Triangle>,
     /// Normals of the vertices of [`Attributes`](crate::scene::Attributes); empty where these have none.
     pub normals: Vec<Vec3>,
@@ -35,6 +36,8 @@ pub struct Pose {
     pub(in crate::scene) tangents: Vec<Vec4>,
     /// The surface, where the frames of the model have their own.
     pub(in crate::scene) surface: Option<Arc<Surface>>,
+    /// Where the copies are, of a scene of copies.
+    pub(in crate::scene) copies: Option<Arc<SceneCopies>>,
     /// Positions of the vertices that the triangles are made of.
     pub(in crate::scene) positions: Vec<Vec3>,
     /// Number of triangles that a clip moves to coordinates that are not numbers or too large: they are points, which no ray hits.
@@ -69,11 +72,14 @@ pub(in crate::scene) trait Mover: std::fmt::Debug + Send + Sync {
 }
 
 impl Pose {
-    /// The box around all triangles.
-    pub fn bounds(&self) -> Aabb {
+    /// The box around all triangles, be the scene flat or in two levels.
+    pub(in crate::scene) fn bounds(&self, token: &CancelToken) -> Result<Aabb, Cancelled> {
+        if let Some(copies) = &self.copies {
+            return copies.bounds(&self.triangles, token);
+        }
         let around = |part: &[Triangle]| part.iter().fold(Aabb::EMPTY, |all, one| all.union(&one.bounds()));
         let parts = self.triangles.par_chunks(TRIANGLES_PER_TASK).map(around);
-        parts.reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
+        Ok(parts.reduce(|| Aabb::EMPTY, |a, b| a.union(&b)))
     }
 }
 

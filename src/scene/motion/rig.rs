@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
+use glam::{Affine3A, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 
 use super::curve::Curve;
 use super::pose::{Moment, Mover, Pose, mark_unusable};
@@ -92,6 +92,15 @@ pub(in crate::scene) struct Part {
     pub(in crate::scene) triangles: Range<usize>,
 }
 
+/// A copy of a mesh that stays as it is.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::scene) struct RigCopy {
+    /// Place of its node in the list.
+    pub(in crate::scene) node: usize,
+    /// Before the transform of the node.
+    pub(in crate::scene) transform: DMat4,
+}
+
 /// A property of a node, by the place of the node in the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in crate::scene) enum Target {
@@ -119,6 +128,8 @@ pub(in crate::scene) struct Rig {
     pub(in crate::scene) nodes: Vec<RigNode>,
     pub(in crate::scene) skins: Vec<RigSkin>,
     pub(in crate::scene) parts: Vec<Part>,
+    /// The copies of meshes that have no triangles here.
+    pub(in crate::scene) copies: Vec<RigCopy>,
     /// Corners of each triangle of the scene, by vertices of its part.
     pub(in crate::scene) corners: Vec<[u32; 3]>,
     pub(in crate::scene) curves: Vec<Curve>,
@@ -179,9 +190,20 @@ impl Rig {
         Bones { worlds, is_visible, weights }
     }
 
+    /// From the space of each copy to the scene, at a moment of one of the clips; rounded as that of a part is.
+    pub(in crate::scene) fn of_copies(&self, moment: Moment) -> Vec<Affine3A> {
+        let (Bones { worlds, .. }, to_scene) = (self.bones(moment), self.to_scene());
+        let of_copy = |copy: &RigCopy| Affine3A::from_mat4((to_scene * worlds[copy.node] * copy.transform).as_mat4());
+        self.copies.iter().map(of_copy).collect()
+    }
+
+    fn to_scene(&self) -> DMat4 {
+        DMat4::from_translation(-self.offset)
+    }
+
     /// From the space of each part to the scene, one transform or one of each joint.
     fn transforms(&self, worlds: &[DMat4]) -> Vec<Arc<[Mat4]>> {
-        let to_scene = DMat4::from_translation(-self.offset);
+        let to_scene = self.to_scene();
         let of_skin = |skin: &RigSkin| -> Arc<[Mat4]> {
             let joints = skin.joints.iter().zip(&skin.inverse_bind);
             joints.map(|(&joint, inverse)| (to_scene * worlds[joint] * *inverse).as_mat4()).collect()

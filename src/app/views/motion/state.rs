@@ -52,7 +52,7 @@ impl MotionQuantity {
         match self {
             Self::Update => Some(row.ready_ms()),
             Self::SahCost => Some(f64::from(row.stats.sah_cost)),
-            Self::Epo => Some(f64::from(row.epo.value)),
+            Self::Epo => row.epo.map(|epo| f64::from(epo.value)),
             Self::Tests => row.tests_per_ray(),
             Self::Frame => Some(row.cost().time_ms(rays)),
         }
