@@ -110,3 +110,35 @@ fn what_cannot_be_measured_is_refused_with_a_reason() {
         }
     }
 }
+
+#[test]
+fn of_copies_in_two_levels_the_tree_above_alone_is_updated() {
+    let scene = ["animate", "builtin:traffic:300", "--size", "48x32", "--repeat", "1", "--frames", "10", "--json"];
+    let [flat, levels] =
+        ["flat", "two-level"].map(|form| rows(&[&scene[..], &["--instances", form, "--rays", "ao"]].concat()));
+    assert_eq!([flat.len(), levels.len()], [10 * POLICIES.len(); 2]);
+    let sum = |rows: &[Value], number: &str| rows.iter().map(|row| row[number].as_f64().unwrap()).sum::<f64>();
+    for (row, of_flat) in levels.iter().zip(&flat) {
+        for number in ["sah_cost", "update_ms", "ready_ms", "ray_ns", "population_tests_per_ray"] {
+            assert!(row[number].as_f64().is_some(), "{number} of {row}");
+        }
+        assert!(row.get("epo").is_none() && row["triangles"] == of_flat["triangles"], "{row}");
+        // 301 copies above, over 100,000 triangles below.
+        assert!(row["nodes"].as_u64().unwrap() < 602 && of_flat["nodes"].as_u64().unwrap() > 20_000, "{row}");
+    }
+    for number in ["update_ms", "ready_ms"] {
+        let [of_flat, of_levels] = [&flat, &levels].map(|rows| sum(rows, number));
+        assert!(of_levels * 5.0 < of_flat, "{number}: {of_levels} {of_flat}");
+    }
+    let last = |policy: &str| levels[9 * POLICIES.len()..].iter().find(|row| row["policy"] == policy).unwrap();
+    let [refit, rebuild] = [last("refit"), last("rebuild")];
+    // Neighbours have gone opposite ways.
+    for number in ["sah_cost", "population_tests_per_ray"] {
+        assert!(refit[number].as_f64() > rebuild[number].as_f64(), "{number}: {refit} {rebuild}");
+    }
+    let verdicts = refit["verdicts"].as_array().unwrap();
+    let against = verdicts.iter().find(|verdict| verdict["against"] == "rebuild").unwrap_or_else(|| panic!("{refit}"));
+    assert!(against.get("break_even_rays").is_some() || against["break_even_interval"].is_array(), "{against}");
+    let (code, _, error) = run(&[&scene[..], &["--instances", "two-level", "--container", "sphere"]].concat());
+    assert!(code == 1 && error.contains("copies have boxes, not spheres"), "{code} {error}");
+}

@@ -33,7 +33,12 @@ pub fn app_with(source: SceneSource, size: Vec2, waits: bool) -> Window {
 
 /// The app on a scene of copies in two levels.
 pub fn app_of_copies() -> Window {
-    let source = SceneSource::parse("builtin:stack:60".as_ref()).unwrap();
+    app_in_two_levels("builtin:stack:60")
+}
+
+/// The app on the copies of a model in two levels.
+pub fn app_in_two_levels(model: &str) -> Window {
+    let source = SceneSource::parse(model.as_ref()).unwrap();
     let load = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
     greeted(recorded_screen::open_with(source, load, vec2(1280.0, 860.0), recorded_screen::COARSE, true))
 }

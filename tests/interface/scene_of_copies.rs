@@ -1,14 +1,20 @@
 //! A scene of copies in two levels.
 
+use std::sync::Arc;
+
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::{Request, Severity};
 use bvhscope::app::views;
+use bvhscope::app::views::motion::MotionView;
 use bvhscope::render::{Frame, Shading};
-use bvhscope::scene::{Instancing, SceneSource};
+use bvhscope::scene::{Instancing, Moment, SceneSource};
+use bvhscope_engine::Bvh;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::tree::ContainerKind;
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 
-use crate::harness::{Window, app_of_copies, click, presented, settle, viewport};
+use crate::harness::{Window, app_in_two_levels, app_of_copies, click, presented, press, settle, viewport};
 
 fn errors(harness: &Window) -> Vec<String> {
     let open = harness.state().state.messages.open.iter();
@@ -148,5 +154,70 @@ fn the_form_of_copies_is_chosen_in_the_window_and_is_of_that_model_alone() {
     settle(&mut harness);
     assert!(!Action::ShowCopies(Instancing::Flat).is_enabled(&harness.state().state), "a teapot has no copies");
     assert_eq!(harness.state().state.model.load_options.instances, Instancing::TwoLevel);
+    assert_eq!(errors(&harness), [""; 0]);
+}
+
+/// The tree of the first vehicle's mesh.
+fn tree_of_vehicle(harness: &Window) -> Arc<Bvh> {
+    Arc::clone(&presented(harness).accel.levels().expect("two levels").wide().copies().meshes()[1])
+}
+
+#[test]
+fn copies_that_move_play_while_the_trees_of_their_meshes_stay() {
+    let mut harness = app_in_two_levels("builtin:traffic:40");
+    let (rest, own) = (presented(&harness).accel.scene.clone(), tree_of_vehicle(&harness));
+    harness.get_by_label("Play clip").click();
+    harness.run_steps(2);
+    for _ in 0..3 {
+        harness.run_steps(1);
+        let scene = presented(&harness).accel.scene.clone();
+        assert_eq!(scene.moment, harness.state().state.wanted.moment, "tree and picture follow");
+        assert!(scene.copies.is_some() && scene.triangles != rest.triangles && scene.is_same_model(&rest));
+        assert!(Arc::ptr_eq(&own, &tree_of_vehicle(&harness)));
+    }
+    harness.get_by_label("Pause clip").click();
+    settle(&mut harness);
+    let go_to = |harness: &mut Window, seconds: f32| {
+        harness.state_mut().state.wanted.moment = Some(Moment { clip: 0, seconds });
+        settle(harness);
+        assert_eq!(presented(harness).accel.scene.moment.map(|moment| moment.seconds), Some(seconds));
+    };
+    go_to(&mut harness, 3.0);
+    assert!(Arc::ptr_eq(&own, &tree_of_vehicle(&harness)), "after a pause, too");
+    let built = presented(&harness).frame.clone();
+    harness.state_mut().state.wanted.follow.policy = Policy::Refit;
+    settle(&mut harness);
+    let fitted = presented(&harness).clone();
+    assert!(fitted.accel.is_followed() && fitted.accel.built_areas().is_some());
+    assert_eq!(fitted.frame.rgba, built.rgba, "the same hits by another tree");
+    // A copy is picked and unfolded as at rest, and stays so in other moments.
+    let at = viewport(&harness).center();
+    click(&mut harness, at);
+    settle(&mut harness);
+    let copy = harness.state().state.selection.picked.as_ref().expect("the ground is picked").primitive;
+    Action::ToggleUnfolded.perform(&mut harness.state_mut().state);
+    settle(&mut harness);
+    for seconds in [3.0, 1.5] {
+        go_to(&mut harness, seconds);
+        let accel = presented(&harness).accel.clone();
+        assert_eq!(accel.scene.unfolded.copies.iter().map(|one| one.copy).collect::<Vec<_>>(), [copy]);
+        assert_eq!(accel.tree.container_kind(), ContainerKind::Oriented);
+    }
+    assert_eq!(errors(&harness), [""; 0]);
+}
+
+#[test]
+fn motion_measures_the_tree_over_the_copies_by_each_policy() {
+    let mut harness = app_in_two_levels("builtin:traffic:40");
+    harness.state_mut().state.wanted.follow.frames = 10;
+    press(&mut harness, Modifiers::NONE, Key::T);
+    settle(&mut harness);
+    let curves = harness.state().state.views.get::<MotionView>().curves().cloned().expect("measured");
+    let curves = curves.as_ref().as_ref().unwrap();
+    assert_eq!(curves.iter().map(|curve| curve.policy).collect::<Vec<_>>(), Policy::ALL);
+    for row in curves.iter().flat_map(|curve| &curve.rows) {
+        assert!(row.epo.is_none() && row.tests_per_ray().is_some_and(|tests| tests > 1.0), "{row:?}");
+        assert!(row.stats.nodes < 82, "41 copies: {row:?}");
+    }
     assert_eq!(errors(&harness), [""; 0]);
 }

@@ -1,12 +1,17 @@
 //! Copies in files, flat and kept in two levels: the same triangles, corner by corner and bit by bit, in the same order.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use bvhscope::scene::{Instancing, LoadError, LoadOptions, Scene, load_bytes};
+use bvhscope::accel::Accel;
+use bvhscope::scene::{Instancing, LoadError, LoadOptions, Moment, Scene, load_bytes};
 use bvhscope_engine::cancel::CancelToken;
-use bvhscope_engine::geometry::Triangle;
+use bvhscope_engine::geometry::{Ray, Triangle};
+use bvhscope_engine::settings::BuildSettings;
+use glam::Vec3;
 use serde_json::{Value, json};
 
+use crate::gltf_places::{add, floats, skinned};
 use crate::hostile_gltf::triangle;
 use crate::random::Random;
 use crate::sound_gltf::{Choices, generate};
@@ -27,6 +32,12 @@ fn both(name: &str, bytes: &[u8]) -> Option<[Scene; 2]> {
         }
         (flat, kept) => panic!("{:?} {:?}", flat.err(), kept.err()),
     };
+    compare(&flat, &kept);
+    Some([flat, kept])
+}
+
+/// Compares a flat scene with one in two levels.
+fn compare(flat: &Scene, kept: &Scene) {
     assert!(flat.copies.is_none() && kept.copies.is_some());
     assert_eq!(kept.triangle_count(), flat.triangles.len() as u64);
     assert_eq!((kept.bounds, kept.offset), (flat.bounds, flat.offset));
@@ -43,7 +54,6 @@ fn both(name: &str, bytes: &[u8]) -> Option<[Scene; 2]> {
         );
         assert_eq!(kept.material(index).name, flat.material(index).name);
     }
-    Some([flat, kept])
 }
 
 #[test]
@@ -118,30 +128,102 @@ fn what_is_too_large_when_flat_has_two_levels() {
     assert!(scene.copies.is_none() && scene.triangles.len() == 2 * 96_000);
 }
 
-#[test]
-fn copies_of_a_model_that_moves_are_flattened() {
+/// A channel of an animation of two keys, a second apart.
+fn channel(document: &mut Value, node: usize, path: &str, values: &[f32]) -> (Value, Value) {
+    let shape = ["SCALAR", "VEC3", "VEC4"][[2, 6, 8].iter().position(|count| *count == values.len()).unwrap()];
+    let input = add(document, 5126, "SCALAR", false, 2, &floats(&[0.0, 1.0]));
+    let output = add(document, 5126, shape, false, 2, &floats(values));
+    (json!({"input": input, "output": output}), json!({"target": {"node": node, "path": path}}))
+}
+
+/// The document with one clip of these channels.
+fn animated(mut document: Value, channels: &[(usize, &str, &[f32])]) -> String {
+    let (mut samplers, mut list) = (Vec::new(), Vec::new());
+    for (node, path, values) in channels {
+        let (sampler, mut channel) = channel(&mut document, *node, path, values);
+        channel["sampler"] = samplers.len().into();
+        samplers.push(sampler);
+        list.push(channel);
+    }
+    document["animations"] = json!([{"samplers": samplers, "channels": list}]);
+    document.to_string()
+}
+
+/// Below a node that moves, turns and is stretched: a copy, a mirrored one, one that is turned and so sheared, one that grows from a point and
+/// becomes its mirror image, one that is pressed flat, and one that flies beyond all coordinates. Another stands still.
+fn carousel() -> String {
     let mut document = triangle();
-    document["nodes"] = json!([{"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}]);
-    document["scenes"] = json!([{"nodes": [0, 1]}]);
-    let times = [0.0_f32, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
-    let bytes: Vec<u8> = times.iter().flat_map(|number| number.to_le_bytes()).collect();
-    let hex: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
-    let uri = format!("data:application/octet-stream,{hex}");
-    document["buffers"].as_array_mut().unwrap().push(json!({"byteLength": 32, "uri": uri}));
-    let views = [json!({"buffer": 1, "byteLength": 8}), json!({"buffer": 1, "byteOffset": 8, "byteLength": 24})];
-    document["bufferViews"].as_array_mut().unwrap().extend(views);
-    let lists = [
-        json!({"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]}),
-        json!({"bufferView": 3, "componentType": 5126, "count": 2, "type": "VEC3"}),
+    document["nodes"] = json!([
+        {"children": [1, 2, 3, 4, 5, 6]},
+        {"mesh": 0, "translation": [2, 0, 0]},
+        {"mesh": 0, "translation": [0.1, 0.2, 3], "scale": [-1, 1, 1]},
+        {"mesh": 0, "translation": [0, 3, 0.3], "rotation": [0.6, 0.0, 0.0, 0.8]},
+        {"mesh": 0, "translation": [0, -3, 0.1], "scale": [0, 0, 0]},
+        {"mesh": 0, "translation": [-2, 0.3, 0]},
+        {"mesh": 0, "translation": [-2, 0.3, 2]},
+        {"mesh": 0, "translation": [5.5, 4.3, 1.7], "rotation": [0.0, 0.6, 0.0, 0.8]}
+    ]);
+    document["scenes"] = json!([{"nodes": [0, 7]}]);
+    let channels: [(usize, &str, &[f32]); 6] = [
+        (0, "translation", &[0.0, 0.0, 0.0, 7.3, 1.1, -0.7]),
+        (0, "rotation", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.6, 0.0, 0.8]),
+        (0, "scale", &[1.0, 1.0, 1.0, 1.0, 2.5, 0.5]),
+        (4, "scale", &[0.0, 0.0, 0.0, -1.0, 1.0, 1.0]),
+        (5, "scale", &[1.0, 1.0, 1.0, 1.0, 1.0, -1.0]),
+        (6, "scale", &[1.0, 1.0, 1.0, 1e30, 1.0, 1.0]),
     ];
-    document["accessors"].as_array_mut().unwrap().extend(lists);
-    document["animations"] = json!([{
-        "samplers": [{"input": 2, "output": 3}],
-        "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]
-    }]);
-    let text = document.to_string();
-    let scene = read("a.gltf", text.as_bytes(), Instancing::TwoLevel).unwrap();
-    assert!(scene.copies.is_none() && scene.motion.is_some());
-    assert_eq!(scene.warnings.entries[0].what, "copies of a model that moves flattened");
-    assert!(read("a.gltf", text.as_bytes(), Instancing::Auto).unwrap().warnings.is_empty());
+    animated(document, &channels)
+}
+
+#[test]
+fn copies_that_move_have_the_triangles_of_the_flat_scene() {
+    let text = carousel();
+    let [flat, kept] = both("a.gltf", text.as_bytes()).unwrap();
+    let copies = kept.copies.as_ref().unwrap();
+    assert_eq!((copies.copies().len(), copies.mesh_count(), copies.triangles().len()), (7, 2, 2));
+    assert!(flat.form() == Instancing::Flat && kept.form() == Instancing::TwoLevel);
+    let token = CancelToken::new();
+    let (settings, mut hits) = (BuildSettings::default(), 0);
+    let mut random = Random(7);
+    for step in 0..=8 {
+        let moment = Moment { clip: 0, seconds: step as f32 / 8.0 };
+        let [flat, kept] = [&flat, &kept].map(|scene| Arc::new(scene.at(moment, &token).unwrap()));
+        compare(&flat, &kept);
+        assert_eq!((kept.subject, &kept.warnings), (flat.subject, &flat.warnings), "{moment:?}");
+        assert_eq!(flat.lost_at_moment().is_some(), step > 0);
+        let own = kept.copies.as_ref().unwrap();
+        assert!(Arc::ptr_eq(own.meshes(), copies.meshes()), "no mesh is made again");
+        assert!(
+            own.copies().place(4).is_singular() == (step == 4) && own.copies().place(3).is_singular() == (step == 0)
+        );
+        let [of_flat, of_kept] = [&flat, &kept].map(|scene| Accel::build(scene, &settings, &token).unwrap());
+        for index in 0..200 {
+            let target = flat.triangles[index % 7];
+            let away = Vec3::from_array([(); 3].map(|()| (random.next() as f32 / u64::MAX as f32 - 0.5) * 6.0));
+            let ray = Ray::new((target.a + target.b + target.c) / 3.0 + away, -away);
+            let expected = of_flat.closest_hit(&ray);
+            assert_eq!(of_kept.closest_hit(&ray), expected, "{moment:?} {ray:?}");
+            hits += usize::from(expected.is_some());
+        }
+    }
+    assert!(hits > 1000, "{hits}");
+    // Back in the pose of the file.
+    compare(&flat, &kept);
+}
+
+#[test]
+fn meshes_that_move_in_themselves_are_flat() {
+    let turns: &[(usize, &str, &[f32])] = &[(1, "translation", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0])];
+    let skinned = animated(skinned([[1.0, 0.0, 0.0, 0.0]; 3]), turns);
+    let mut morphed = triangle();
+    morphed["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}]);
+    let morphed = animated(morphed, &[(0, "weights", &[0.0, 1.0])]);
+    for text in [skinned, morphed] {
+        let scene = read("a.gltf", text.as_bytes(), Instancing::TwoLevel).unwrap();
+        assert!(scene.copies.is_none() && scene.motion.is_some());
+        assert_eq!(scene.form(), Instancing::Auto);
+        let what = "copies of a model whose meshes move in themselves flattened";
+        assert_eq!(scene.warnings.entries[0].what, what, "{:?}", scene.warnings);
+        assert!(read("a.gltf", text.as_bytes(), Instancing::Auto).unwrap().warnings.is_empty());
+    }
 }

@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bvhscope::accel::Accel;
+use bvhscope::accel::followed::FollowSession;
 use bvhscope::accel::tracer::{CountedQuery, Counting};
+use bvhscope::accel::{Accel, Follow};
 use bvhscope::colors::srgb::decode;
 use bvhscope::render::{NormalSource, RayKind, RenderRequest, RenderSettings, Shading, rays_of_picture, render};
-use bvhscope::scene::{Instancing, LoadOptions, SceneCopies, SceneSource, load};
+use bvhscope::scene::{Instancing, LoadOptions, Moment, SceneCopies, SceneSource, load};
 use bvhscope::view::NamedView;
+use bvhscope_engine::follow::Policy;
 use bvhscope_engine::geometry::Ray;
 use bvhscope_engine::settings::{BuildSettings, BuilderKind, Pass};
 use bvhscope_engine::tree::traverse::{TestCounts, Traversal};
-use bvhscope_engine::{BuildError, CancelToken, ContainerKind, SimdLevel};
+use bvhscope_engine::{BuildError, Bvh, CancelToken, ContainerKind, SimdLevel};
 use glam::Vec3;
 
 /// The scene flat and in two levels.
@@ -124,6 +126,45 @@ fn pictures_are_those_of_the_flat_scene() {
                 shading == Shading::Clusters || differing * 200 <= all,
                 "{name}, {shading:?}: {differing} of {all}"
             );
+        }
+    }
+}
+
+#[test]
+fn moments_are_those_of_the_flat_scene_by_every_policy() {
+    let (token, settings) = (CancelToken::new(), BuildSettings::default());
+    let scenes = both("builtin:traffic:60");
+    for policy in Policy::ALL {
+        let follow = Follow { policy, frames: 10 }.normal();
+        let mut sessions = [FollowSession::default(), FollowSession::default()];
+        let mut meshes: Option<Arc<Bvh>> = None;
+        for seconds in [0.0, 1.1, 2.9, 4.0] {
+            let mut at = |form: usize| {
+                let scene = Arc::new(scenes[form].scene.at(Moment { clip: 0, seconds }, &token).unwrap());
+                Arc::new(Accel::follow(&scene, &settings, follow, &mut sessions[form], &token).unwrap())
+            };
+            let [flat, copies] = [at(0), at(1)];
+            let name = format!("{} at {seconds}", policy.name());
+            assert_eq!((copies.scene.bounds, copies.scene.subject), (flat.scene.bounds, flat.scene.subject), "{name}");
+            assert!(seconds == 0.0 || flat.scene.triangles != scenes[0].scene.triangles, "{name}: it moves");
+            for (number, triangle) in (0..).zip(&flat.scene.triangles) {
+                assert_eq!(copies.scene.triangle(number), *triangle, "{name}");
+            }
+            let requests = [&flat, &copies].map(|accel| picture(accel, accel, Shading::Lit));
+            let frames = requests.each_ref().map(|request| render(request, &token, &|_| ()).unwrap());
+            let [expected, found] = frames.each_ref().map(|frame| &frame.rgba);
+            let differ = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 2);
+            let differing = expected.iter().copied().zip(found.iter().copied()).filter(differ).count();
+            assert!(differing * 200 <= expected.len(), "{name}: {differing} of {}", expected.len());
+            let rays = rays_of_picture(&requests[0], RayKind::Bounce, &token).unwrap();
+            let mut hits = [vec![None; rays.len()], vec![None; rays.len()]];
+            for (accel, hits) in [&flat, &copies].into_iter().zip(&mut hits) {
+                accel.tracer(SimdLevel::best()).nearest(&rays, hits);
+            }
+            assert!(hits[0] == hits[1] && hits[0].iter().flatten().count() * 20 > rays.len(), "{name}");
+            let mesh = Arc::clone(&copies.levels().unwrap().wide().copies().meshes()[1]);
+            assert!(meshes.as_ref().is_none_or(|known| Arc::ptr_eq(known, &mesh)), "{name}: trees of meshes stay");
+            meshes = Some(mesh);
         }
     }
 }

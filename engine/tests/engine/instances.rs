@@ -19,12 +19,12 @@ use crate::random::Random;
 use crate::trees;
 
 /// A mesh with its tree.
-struct Mesh {
-    triangles: Vec<Triangle>,
-    tree: Arc<Bvh>,
+pub struct Mesh {
+    pub triangles: Vec<Triangle>,
+    pub tree: Arc<Bvh>,
 }
 
-fn mesh(triangles: Vec<Triangle>, settings: &BuildSettings) -> Mesh {
+pub fn mesh(triangles: Vec<Triangle>, settings: &BuildSettings) -> Mesh {
     let tree = Arc::new(build(&triangles, settings, &CancelToken::new()).unwrap());
     Mesh { triangles, tree }
 }
@@ -50,11 +50,11 @@ pub fn matrix(random: &mut Random, kind: usize, scale: f32) -> Mat3A {
 }
 
 /// The flat scene, and the copy and the triangle of each of its triangles.
-fn flat(meshes: &[Mesh], copies: &[Placed], instances: &Instances) -> (Vec<Triangle>, Vec<(u32, u32)>) {
-    let (mut triangles, mut of) = (Vec::new(), Vec::new());
-    for (instance, copy) in (0..).zip(copies) {
-        let mesh = &meshes[copy.mesh as usize].triangles;
-        triangles.extend(mesh.iter().map(|triangle| instances.copies().copies().place(instance).triangle(triangle)));
+fn flat(meshes: &[Mesh], instances: &Instances) -> (Vec<Triangle>, Vec<(u32, u32)>) {
+    let (mut triangles, mut of, copies) = (Vec::new(), Vec::new(), instances.copies().copies());
+    for instance in 0..copies.len() as u32 {
+        let mesh = &meshes[copies.mesh(instance) as usize].triangles;
+        triangles.extend(mesh.iter().map(|triangle| copies.place(instance).triangle(triangle)));
         of.extend((0..mesh.len() as u32).map(|triangle| (instance, triangle)));
     }
     (triangles, of)
@@ -147,7 +147,7 @@ fn of_copy(of: &[(u32, u32)], hit: &Hit) -> InstanceHit {
     InstanceHit { t: hit.t, instance, primitive_index, u: hit.u, v: hit.v }
 }
 
-/// Compares every query with the tree of the flat scene. Returns the numbers of rays and of hits, of single rays and of packets.
+/// Builds a tree over `copies`, more or less opened, and compares it by [`compare`].
 fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &mut Random) -> [[usize; 2]; 2] {
     let (settings, token) = (BuildSettings::default(), CancelToken::new());
     let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
@@ -155,19 +155,31 @@ fn check(name: &str, meshes: &[Mesh], copies: &[Placed], rays: usize, random: &m
     let instances =
         Instances::build(trees, copies, &settings, open, &token).unwrap_or_else(|error| panic!("{name}: {error}"));
     assert!(instances.top().triangle_count() <= (copies.len() as f32 * open) as usize, "{name}");
-    let (triangles, of) = flat(meshes, copies, &instances);
+    compare(name, meshes, &instances, rays, random)
+}
+
+/// Compares every query with the tree of the flat scene. Returns the numbers of rays and of hits, of single rays and of packets.
+pub fn compare(
+    name: &str,
+    meshes: &[Mesh],
+    instances: &Instances,
+    rays: usize,
+    random: &mut Random,
+) -> [[usize; 2]; 2] {
+    let (settings, token) = (BuildSettings::default(), CancelToken::new());
+    let (triangles, of) = flat(meshes, instances);
     assert_eq!(instances.copies().triangle_count(), triangles.len() as u64, "{name}");
     let bvh = build(&triangles, &settings, &token).unwrap();
     let same = |hit: &Hit| of_copy(&of, hit);
     let (mut all, mut all_flat, mut found) = (Vec::new(), Vec::new(), 0);
     let packets = if triangles.is_empty() { Vec::new() } else { packets(&triangles, rays / 10, random) };
-    let in_packets = check_packets(name, &instances, &of, &bvh, &packets);
+    let in_packets = check_packets(name, instances, &of, &bvh, &packets);
     let rays = rays_of(&triangles, rays, random);
     let mut nearest = vec![None; rays.len()];
     instances.closest_hits(&rays, &mut nearest);
     let mut blocked = vec![false; rays.len()];
     instances.any_hits(&rays, &mut blocked);
-    let (over, top) = over_own_boxes(&instances, &triangles, &of);
+    let (over, top) = over_own_boxes(instances, &triangles, &of);
     let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
     let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists, unfolded: None };
     for (index, ray) in rays.iter().enumerate() {
@@ -421,7 +433,7 @@ fn two_levels(count: usize, scale: f32, settings: &BuildSettings, random: &mut R
     let copies: Vec<Placed> = (0..count).map(copy).collect();
     let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
     let instances = Instances::build(trees, &copies, settings, 1.0, &CancelToken::new()).unwrap();
-    let (triangles, of) = flat(&meshes, &copies, &instances);
+    let (triangles, of) = flat(&meshes, &instances);
     let (_, top) = over_own_boxes(&instances, &triangles, &of);
     TwoLevels { meshes, instances, triangles, of, top }
 }
@@ -569,7 +581,7 @@ fn costs_of_copies_are_those_of_single_rays() {
     let copies: Vec<Placed> = (0..30).map(copy).collect();
     let trees = meshes.iter().map(|mesh| Arc::clone(&mesh.tree)).collect();
     let instances = Instances::build(trees, &copies, &settings, 1.0, &token).unwrap();
-    let (triangles, of) = flat(&meshes, &copies, &instances);
+    let (triangles, of) = flat(&meshes, &instances);
     let (_, top) = over_own_boxes(&instances, &triangles, &of);
     let lists: Vec<&[Triangle]> = meshes.iter().map(|mesh| &mesh.triangles[..]).collect();
     let levels = BinaryLevels { copies: instances.copies(), top: &top, triangles: &lists, unfolded: None };

@@ -24,6 +24,7 @@ mod invariants;
 mod items;
 mod layouts;
 mod merge_choices;
+mod moving_copies;
 mod needles;
 mod node_metrics;
 mod optimize;

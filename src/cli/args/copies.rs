@@ -21,7 +21,7 @@ use bvhscope_engine::kernel::SimdLevel;
 
 The scene is loaded in two levels unless --instances says otherwise. docs/copies.md says what is counted.")]
 pub struct CopiesArgs {
-    /// The model: a file, or builtin:forest[:N], village[:N] or stack[:N] [default: builtin:forest]
+    /// The model: a file, or builtin:forest[:N], village[:N], stack[:N] or traffic[:N] [default: builtin:forest]
     #[arg(value_name = "MODEL", value_parser = ModelParser)]
     pub model: Option<SceneSource>,
     /// Number of copies, those with most tests, that have a row of their own

@@ -184,6 +184,7 @@ fn policies() -> String {
   bvhscope animate builtin:walker
   bvhscope animate fox.glb --clip Run --frames 60 --policy refit,rebuild --plot run.png
   bvhscope animate builtin:explosion --policy all --rays bounce --csv explosion.csv
+  bvhscope animate builtin:traffic --instances two-level
 
 Policies:
 "

@@ -19,7 +19,7 @@ use bvhscope_engine::kernel::SimdLevel;
 use bvhscope_engine::kernel::parallel::par_tasks;
 use bvhscope_engine::settings::BuildSettings;
 use bvhscope_engine::tree::overlap::EndPointOverlap;
-use bvhscope_engine::{AnyTree, BuildError, TreeStats};
+use bvhscope_engine::{AnyTree, BuildError, CopyCosts, TreeStats};
 
 /// Frames at most.
 pub const MAX_FRAMES: usize = 10_000;
@@ -274,7 +274,10 @@ impl MotionPlan {
         let trace = |count: u32, ray: WeightedRay<'_>, token: &CancelToken| accel.visits(count, ray, token);
         let sums = self.rays.iter().zip(lists).map(|(rays, known)| {
             let list = list(rays, known, &accel.tree, || Ok(Arc::clone(accel)), token)?;
-            Ok(rays.visits(&accel.scene, &accel.tree, &trace, &list, token)?.sums)
+            let sums = rays.visits(&accel.scene, &accel.tree, &trace, &list, token)?.sums;
+            let costs = accel.copy_costs(list.len() as u32, &rays.weighted(&list), token)?;
+            let tests_per_ray = costs.and_then(|costs| tests_per_ray(&costs)).or(sums.tests_per_ray);
+            Ok(MeasuredRays { tests_per_ray, ..sums })
         });
         sums.collect()
     }
@@ -307,6 +310,12 @@ impl Traced<'_> {
         })?;
         Ok(Some(start.elapsed().as_secs_f64() * 1e9 / list.len() as f64))
     }
+}
+
+/// Mean of the tests in both levels; `None` without rays.
+fn tests_per_ray(costs: &CopyCosts) -> Option<f64> {
+    let below: u64 = costs.copies.iter().map(|copy| copy.tests.total()).sum();
+    (costs.rays > 0).then(|| (costs.containers_above + below) as f64 / costs.rays as f64)
 }
 
 /// The rays of a population in a `tree`, which `accel` has.

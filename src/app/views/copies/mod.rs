@@ -94,7 +94,7 @@ impl View for CopiesView {
             let text = if scene.repeats_meshes {
                 "Copies are counted in two levels: File has “Copies in two levels” for this scene"
             } else {
-                "This model has no copies of meshes; the built-in forest, village and stack have"
+                "This model has no copies of meshes; the built-in forest, village, stack and traffic have"
             };
             return empty_view(ui, text);
         }
