@@ -4,7 +4,6 @@ use bvhscope_engine::follow::Policy;
 use bvhscope_engine::settings::BuildSettings;
 use serde::{Deserialize, Serialize};
 
-use super::Accel;
 use crate::scene::Scene;
 
 /// How the tree of a moment is made.
@@ -36,7 +35,7 @@ impl Follow {
                 Policy::Rebuild.name()
             ));
         }
-        Accel::refusal(scene, settings).or_else(|| policy.refusal(settings, scene.built_triangles().len()))
+        policy.refusal(settings, scene.built_triangles().len())
     }
 
     /// The same for trees that are built at each moment, whatever the frames.

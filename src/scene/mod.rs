@@ -61,12 +61,16 @@ mod assemble;
 #[allow(clippy::arithmetic_side_effects, reason = "sizes of lists in memory, which were checked, and vectors")]
 mod flatten;
 
+#[allow(clippy::arithmetic_side_effects, reason = "indices of lists in memory, whose sizes were checked, and vectors")]
+mod spread;
+
 #[allow(clippy::arithmetic_side_effects, reason = "a sum of 64 bits of lengths of 32")]
 mod placed_meshes;
 
 mod two_levels;
 
 mod moving_copies;
+mod moving_place;
 
 #[allow(clippy::arithmetic_side_effects, reason = "indices of triangles that exist, and vectors")]
 mod smooth;

@@ -5,22 +5,13 @@ use std::sync::Arc;
 
 use super::attributes::Attributes;
 use super::error::LoadError;
-use super::flatten::{flat_triangles, flat_vectors};
-use super::motion::{Clip, Moment, Mover, Pose, Rig};
-use super::placed_meshes::moving_places;
+use super::motion::{Moment, Mover, Pose, Rig};
+use super::moving_place::moving_places;
 use super::scene_copies::SceneCopies;
+use super::spread::{flat_triangles, flat_vectors};
 use bvhscope_engine::Placed;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
-
-/// How copies of meshes move.
-#[derive(Debug, Clone)]
-pub struct CopyMotion {
-    /// The clips, at least one.
-    pub(super) clips: Vec<Clip>,
-    /// The nodes that carry the copies, with all of these in order.
-    pub(super) rig: Arc<Rig>,
-}
 
 /// The copies of a scene of two levels.
 #[derive(Debug)]

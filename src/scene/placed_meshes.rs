@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::Affine3A;
 
 use super::error::LoadError;
-use super::moving_copies::CopyMotion;
+use super::motion::CopyMotion;
+use super::moving_place::{moving, moving_places};
 use bvhscope_engine::builders::BuildError;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
@@ -51,21 +52,6 @@ impl PlacedMeshes {
                 LoadError::of_file(path, problem, advice)
             }
         })
-    }
-}
-
-/// Where copies of meshes within `bounds` stand, be it in their motion.
-pub(super) fn moving_places(placed: &[Placed], bounds: &[Aabb]) -> Copies {
-    Copies::at(placed.iter().map(|copy| (copy.mesh, moving(&copy.transform, &bounds[copy.mesh as usize]).0)))
-}
-
-/// The place of a copy that moves, of a mesh within `bounds`, and whether it is nowhere: where its coordinates are not numbers or too large it
-/// is a point, which no ray hits.
-pub(super) fn moving(transform: &Affine3A, bounds: &Aabb) -> (Placement, bool) {
-    let place = Placement::moving(transform, bounds);
-    match place.or_else(|_| Placement::moving(&Affine3A::ZERO, &Aabb::EMPTY)) {
-        Ok(point) => (point, place.is_err()),
-        Err(why) => unreachable!("a point is within range: {why}"),
     }
 }
 

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3, Vec4};
 
-use super::placed_meshes::moving;
+use super::moving_place::moving;
 use bvhscope_engine::Copies;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Triangle};
-use bvhscope_engine::kernel::parallel::par_tasks;
+use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
 
 /// Copies in a task.
 const COPIES_PER_TASK: usize = 1 << 14;
@@ -65,15 +65,14 @@ impl SceneCopies {
     /// The same copies with these transforms, one each, and the number of triangles of those that are nowhere: where coordinates are not
     /// numbers or too large, a copy is a point, which no ray hits.
     pub(super) fn moved(&self, transforms: &[Affine3A], token: &CancelToken) -> Result<(Self, u64), Cancelled> {
-        let (mut places, mut lost) = (Vec::with_capacity(transforms.len()), 0);
-        for (copy, transform) in (0..).zip(transforms) {
-            token.check_every(MEDIUM_STEPS, copy as usize)?;
-            let mesh = self.copies.mesh(copy);
-            let (place, is_lost) = moving(transform, &united(&self.meshes.octants[mesh as usize]));
-            lost += if is_lost { self.mesh(mesh).len() as u64 } else { 0 };
-            places.push((mesh, place));
-        }
-        Ok((Self { meshes: Arc::clone(&self.meshes), copies: Arc::new(Copies::at(places)) }, lost))
+        let places = par_collect(transforms.len(), token, |copy| {
+            let mesh = self.copies.mesh(copy as u32);
+            let (place, is_lost) = moving(&transforms[copy], &united(&self.meshes.octants[mesh as usize]));
+            (mesh, place, is_lost)
+        })?;
+        let lost = places.iter().filter(|(.., is_lost)| *is_lost).map(|(mesh, ..)| self.mesh(*mesh).len() as u64).sum();
+        let copies = Copies::at(places.into_iter().map(|(mesh, place, _)| (mesh, place)));
+        Ok((Self { meshes: Arc::clone(&self.meshes), copies: Arc::new(copies) }, lost))
     }
 
     /// The meshes, which all moments of a model that moves share.

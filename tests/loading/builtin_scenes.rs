@@ -119,8 +119,8 @@ fn moving_scenes_begin_where_their_clips_do_and_move_smoothly() {
             }
         }
     }
-    // Cloth and explosion begin as they are built; the walker's clips have poses of their own.
-    for name in ["cloth", "explosion"] {
+    // The others begin as they are built; the walker's clips have poses of their own.
+    for name in ["cloth", "explosion", "traffic"] {
         let scene = builtin(name, Some(500));
         let first = scene.at(Moment { clip: 0, seconds: 0.0 }, &CancelToken::new()).expect("a moment");
         assert!(first.triangles == scene.triangles, "{name}");

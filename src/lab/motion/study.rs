@@ -62,7 +62,8 @@ impl MotionPlan {
         if self.frames == 0 || self.frames > MAX_FRAMES {
             return Some(format!("1 to {MAX_FRAMES} frames are expected"));
         }
-        self.policies.iter().find_map(|&policy| Follow::refusal(policy, &self.build, scene))
+        let of_policy = || self.policies.iter().find_map(|&policy| Follow::refusal(policy, &self.build, scene));
+        Accel::refusal(scene, &self.build).or_else(of_policy)
     }
 }
 

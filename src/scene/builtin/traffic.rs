@@ -9,8 +9,9 @@ use super::ground::Ground;
 use super::mesh::Mesh;
 use super::shapes::{Random, paint};
 use crate::scene::assemble::Assembly;
-use crate::scene::motion::{Clip, Curve, Interpolation, Local, Moment, Rig, RigCopy, RigNode, Target, Track};
-use crate::scene::moving_copies::CopyMotion;
+use crate::scene::motion::{
+    Clip, CopyMotion, Curve, Interpolation, Local, Moment, Rig, RigCopy, RigNode, Target, Track,
+};
 use crate::scene::placed_meshes::PlacedMeshes;
 use bvhscope_engine::Placed;
 use bvhscope_engine::cancel::{CancelToken, Cancelled};

@@ -11,8 +11,7 @@ use super::nodes::{Ordered, Placement};
 use super::table::extension;
 use crate::scene::assemble::Assembly;
 use crate::scene::error::{FileLocation, Warnings};
-use crate::scene::motion::{Motion, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
-use crate::scene::moving_copies::CopyMotion;
+use crate::scene::motion::{CopyMotion, Motion, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
 use bvhscope_engine::cancel::{CancelToken, Cancelled};
 
 /// Adds the motion of what was `moved` by the clips of `animations`.
@@ -85,7 +84,7 @@ pub(super) fn add_motion(
     assembly.motion = Some(Motion::new(animations.clips, Box::new(rig)));
 }
 
-/// Whether clips move nodes and nothing in them, so that the meshes of a scene of `placements` keep their form.
+/// True if clips move nodes and nothing in them, so that the meshes of a scene of `placements` keep their form.
 pub(super) fn keeps_meshes(document: &Document, animations: &Animations, placements: &[Placement]) -> bool {
     let deforms = |track: &Track| matches!(track.target, Target::Weights(_) | Target::Visibility(_));
     let has_skin =

@@ -4,6 +4,7 @@
 //! files may have others in each frame. A [`Mover`] writes where they are: a [`rig`] of nodes, skins and morph targets, a formula of a
 //! built-in scene, or a row of files.
 
+mod clip;
 mod curve;
 mod pose;
 mod rig;
@@ -11,18 +12,17 @@ mod shape;
 
 use std::sync::OnceLock;
 
-use serde::Serialize;
-
 use crate::text::{counted, quoted};
 
 use super::error::LoadError;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Aabb;
 
+pub use clip::Clip;
 pub(super) use curve::{Curve, Interpolation};
 pub(super) use pose::Mover;
 pub use pose::{Moment, Pose};
-pub(super) use rig::{Local, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
+pub(super) use rig::{CopyMotion, Local, Part, Rig, RigCopy, RigNode, RigSkin, Target, Track};
 pub(super) use shape::{Columns, Hold, MorphTarget, Shape, Vertices, columns, scale_of, share, turned, turned_tangent};
 
 /// Names of clips that a message lists.
@@ -34,30 +34,6 @@ const REACH_MOMENTS: [usize; 2] = [16, 3];
 const REACH_TRIANGLES: usize = 4_000_000;
 /// Seconds from one frame to the next of models that move at any time.
 const FRAME_SECONDS: f32 = 0.04;
-
-/// A clip of animation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Clip {
-    /// Its name in the file; may be empty.
-    pub name: String,
-    /// Time of the first key in seconds.
-    pub start: f32,
-    /// Time of the last key in seconds, at least that of the first.
-    pub end: f32,
-}
-
-impl Clip {
-    /// Seconds from the first to the last key; may be 0.
-    pub fn duration(&self) -> f32 {
-        self.end - self.start
-    }
-
-    /// Time in seconds of a frame of `count` at equal distances from the first key to the last.
-    pub fn at_frame(&self, frame: usize, count: usize) -> f32 {
-        let share = frame as f32 / (count.max(2) - 1) as f32;
-        (self.start + self.duration() * share).min(self.end)
-    }
-}
 
 /// The clips of a model, and where each moves its triangles.
 #[derive(Debug)]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 
+use super::clip::Clip;
 use super::curve::Curve;
 use super::pose::{Moment, Mover, Pose, mark_unusable};
 use super::shape::{Shape, Vertices};
@@ -141,6 +142,15 @@ pub(in crate::scene) struct Rig {
     pub(in crate::scene) tangent_count: usize,
     /// Subtracted from all coordinates.
     pub(in crate::scene) offset: DVec3,
+}
+
+/// How copies of meshes move.
+#[derive(Debug, Clone)]
+pub struct CopyMotion {
+    /// The clips, at least one.
+    pub(in crate::scene) clips: Vec<Clip>,
+    /// The nodes that carry the copies, with all of these in order.
+    pub(in crate::scene) rig: Arc<Rig>,
 }
 
 /// The hierarchy at a moment.
