@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let epsilon = arguments.next().map(|text| text.parse()).transpose()?.unwrap_or(BuildSettings::default().epsilon);
     let source = SceneSource::parse(model.as_ref())?;
     let scene = std::sync::Arc::new(load(&source, &LoadOptions::default(), &CancelToken::new())?);
-    let subject = Subject { model, scene, trees: Vec::new(), rays: None, load: LoadOptions::default() };
+    let subject =
+        Subject { model, scene, trees: Vec::new(), forms: Vec::new(), rays: None, load: LoadOptions::default() };
     let base = BuildSettings::default();
     for (name, other) in [("itself", base), ("another tree", BuildSettings { threshold, epsilon, ..base })] {
         let factors: Vec<Factor> = (0..RUNS).filter_map(|_| factor(&subject, [base, other], rounds)).collect();

@@ -250,7 +250,7 @@ impl RaySummary {
         Self {
             command: "ray",
             model: command.source.to_string(),
-            triangles: accel.scene.triangles.len(),
+            triangles: accel.scene.triangle_count() as usize,
             moment: ShownMoment::of(accel),
             tree: TreeNumbers::new(accel, &accel.reading()),
             kind: command.kind.name(),

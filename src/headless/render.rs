@@ -363,7 +363,7 @@ fn summary<'a>(command: &'a RenderCommand, accel: &Accel, frame: &Frame) -> Rend
     RenderSummary {
         command: "render",
         model: command.source.to_string(),
-        triangles: accel.scene.triangles.len(),
+        triangles: accel.scene.triangle_count() as usize,
         tree: TreeNumbers::new(accel, &tree),
         traversal: frame.settings.traversal.name(),
         width_px: frame.width_px,

@@ -268,3 +268,23 @@ fn what_has_no_copies_is_refused_by_name() {
     refused(&["builtin:village", "--plot", "a.png"], 2, "--open");
     refused(&["builtin:village", "--json", "--csv", "-"], 2, "both write to standard output");
 }
+
+#[test]
+fn a_scene_of_copies_has_the_triangles_of_the_flat_one_in_all_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    for line in [
+        "info builtin:village:30 --json",
+        "render builtin:village:30 --size 16x16 -o a.png --json",
+        "ray builtin:village:30 --size 16x16 --pixel 8,8 --json",
+        "bench builtin:village:30 --size 16x16 --repeat 1 --json",
+    ] {
+        let triangles = ["flat", "two-level"].map(|form| {
+            let args: Vec<&str> = line.split(' ').chain(["--instances", form]).collect();
+            let (code, out, error) = program(folder.path(), &args);
+            assert_eq!(code, 0, "{line}: {error}");
+            let first: Value = serde_json::Deserializer::from_str(&out).into_iter().next().unwrap().unwrap();
+            first["triangles"].as_u64().unwrap()
+        });
+        assert_eq!(triangles, [38_920; 2], "{line}");
+    }
+}

@@ -134,7 +134,7 @@ pub fn statistics_text(state: &AppState) -> Option<String> {
         line("Clip", motion.clips[clip].name.clone());
         line("Time", format!("{seconds} s"));
     }
-    line("Triangles", format::count(scene.triangles.len() as u64));
+    line("Triangles", format::count(scene.triangle_count()));
     for (name, value) in used(settings) {
         line(name, value);
     }

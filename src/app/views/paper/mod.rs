@@ -103,7 +103,7 @@ fn nothing_yet(ui: &mut Ui, state: &mut AppState) {
                 plan.experiment.description(),
                 names.collect::<String>(),
                 format::elide_middle(&scene.source.label(), 48),
-                format::counted(scene.triangles.len() as u64, "triangle")
+                format::counted(scene.triangle_count(), "triangle")
             )
         }
     };

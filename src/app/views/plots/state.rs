@@ -238,14 +238,14 @@ struct KnownModel {
     source: SceneSource,
     /// When its file was written.
     modified: Option<SystemTime>,
-    triangle_count: usize,
+    triangle_count: u64,
     bounds: Aabb,
 }
 
 impl KnownModel {
     fn of(scene: &Scene) -> Self {
         let modified = scene.source.path().and_then(|path| path.metadata().ok()?.modified().ok());
-        Self { source: scene.source.absolute(), modified, triangle_count: scene.triangles.len(), bounds: scene.bounds }
+        Self { source: scene.source.absolute(), modified, triangle_count: scene.triangle_count(), bounds: scene.bounds }
     }
 }
 

@@ -96,7 +96,7 @@ pub(super) fn figure(view: &PlotsView, state: &AppState, shown: &Presented) -> F
         }
     };
     let scene = &shown.accel.scene;
-    let note = format!("{}, {}.", scene.source.label(), format::counted(scene.triangles.len() as u64, "triangle"));
+    let note = format!("{}, {}.", scene.source.label(), format::counted(scene.triangle_count(), "triangle"));
     Figure { notes: vec![note], charts }
 }
 
