@@ -166,6 +166,42 @@ const FORMS: [Field; 15] = [
     ("height_px", "Height of the view in pixels"),
 ];
 
+/// Of `copies --advice`, behind the threads.
+const ADVICE: [Field; 23] = [
+    ("population", "The rays"),
+    ("change", "Another division into meshes: none (the scene as it is), split (a mesh in parts) or merge (two meshes as one)"),
+    ("mesh", "Index of the mesh that is changed, from 0; absent for the scene as it is"),
+    ("parts", "Number of meshes that it is split into; absent for others"),
+    ("with_mesh", "Index of the mesh that it is merged with; absent for others"),
+    ("traced_bytes", "Bytes of what rays read: the wide trees and the places of the copies"),
+    ("rays", "Number of rays, each as many times as rays it stands for"),
+    ("hits", "Rays that hit something"),
+    (
+        "differing_hits",
+        "Rays that end at another distance than in the scene as it is: of split at any other, none; of merge at one that differs by more than 0.01 %",
+    ),
+    ("entered_per_ray", "Copies that a ray is carried into, on average"),
+    ("nodes_per_ray", "Wide nodes that a ray visits, in both levels: up to eight boxes are tested at once in each"),
+    (
+        "blocks_per_ray",
+        "Blocks of up to four triangles that it is tested against, or of up to four boxes around copies",
+    ),
+    ("lines_64_per_ray", "Distinct lines of 64 bytes that nodes and blocks lie in, as if none were cached before"),
+    ("nodes_change", "`nodes_per_ray` over that of the scene as it is, less 1; null for that, and where that is 0"),
+    ("blocks_change", "The same of `blocks_per_ray`"),
+    ("visits_change", "The same of nodes and blocks together"),
+    ("bytes_change", "The same of `traced_bytes`"),
+    ("entered_meshes", "Meshes that rays are carried into"),
+    (
+        "measured_meshes",
+        "Those with most tests by the rays of all populations, which are measured in parts, and among which pairs are looked for",
+    ),
+    ("pairs", "Pairs of these whose copies stand together"),
+    ("measured_pairs", "Pairs that are measured as one mesh"),
+    ("width_px", "Width of the view in pixels"),
+    ("height_px", "Height of the view in pixels"),
+];
+
 /// Of `copies`, behind the threads.
 const COPIES: [Field; 20] = [
     ("population", "The rays"),
@@ -197,7 +233,7 @@ const COPIES: [Field; 20] = [
 ];
 
 /// Fields that single commands add in JSON.
-const OWN: [(&str, &[Field]); 9] = [
+const OWN: [(&str, &[Field]); 10] = [
     (
         "Of `--rays`, in lines of JSON below the rows",
         &[
@@ -268,6 +304,7 @@ const OWN: [(&str, &[Field]); 9] = [
     ("Of `layouts`", &LAYOUTS),
     ("Of `copies`", &COPIES),
     ("Of `copies --open`", &FORMS),
+    ("Of `copies --advice`", &ADVICE),
     (
         "Of a tree from a file",
         &[
@@ -363,6 +400,11 @@ pub fn copy_columns() -> Vec<&'static str> {
 /// All columns of the CSV of `copies --open`, in order.
 pub fn form_columns() -> Vec<&'static str> {
     columns_with(&FORMS)
+}
+
+/// All columns of the CSV of `copies --advice`, in order.
+pub fn advice_columns() -> Vec<&'static str> {
+    columns_with(&ADVICE)
 }
 
 /// Those of a command with fields of its `own` between tree and conditions.

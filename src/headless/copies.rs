@@ -1,4 +1,4 @@
-//! `copies`: what the copies of a scene of two levels cost rays, or its forms, flat, in two levels and opened.
+//! `copies`: what the copies of a scene of two levels cost rays, or its forms, flat, in two levels and opened, or what other meshes would save.
 
 use std::sync::Arc;
 
@@ -11,16 +11,29 @@ use super::ray_input::MeasuringRays;
 use crate::accel::Accel;
 use crate::export::Protected;
 use crate::lab::LabError;
-use crate::lab::copy_costs::copy_costs;
-use crate::lab::copy_forms::{copy_forms, flat_form};
-use crate::lab::plot::form_figure;
-use crate::lab::population::RayPlan;
-use crate::lab::report_table::{copy_tables, form_tables};
+use crate::lab::copy_advice::{CostOfChange, copy_advice};
+use crate::lab::copy_costs::{CostInPart, copy_costs};
+use crate::lab::copy_forms::{CostInForm, copy_forms, flat_form};
+use crate::lab::cost_row::{CostRow, OwnFields};
+use crate::lab::plot::{Figure, form_figure};
+use crate::lab::population::{RayPlan, ViewRays};
+use crate::lab::report_table::{ReportTable, advice_tables, copy_tables, form_tables};
 use crate::render::RenderSettings;
 use crate::scene::{Instancing, SceneSource};
 use crate::view::CameraChoice;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::settings::BuildSettings;
+
+/// A measurement of `copies`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeasuredCopies {
+    /// The costs of copies and meshes.
+    Costs,
+    /// The forms of the scene, with the tree over the copies opened so far.
+    Forms(Vec<f32>),
+    /// What other meshes would save.
+    Advice,
+}
 
 /// Settings of `copies`.
 #[derive(Debug, Clone)]
@@ -29,8 +42,8 @@ pub struct CopiesCommand {
     pub source: SceneSource,
     /// Number of copies that have rows.
     pub most: usize,
-    /// How far the tree over the copies is opened in the forms that are measured instead; none for the costs of copies.
-    pub open: Vec<f32>,
+    /// The measurement.
+    pub measured: MeasuredCopies,
     /// Build settings of all trees.
     pub build: BuildSettings,
     /// The camera of the view whose rays are traced.
@@ -76,53 +89,79 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     let rays =
         RayPlan { populations: command.rays.populations, camera, size: command.size, settings: command.settings, file };
     let finished = Finished { warned: has_bad_rays || !scene.warnings.is_empty() };
-    if !command.open.is_empty() {
-        drop(progress);
-        return run_forms(command, &accel, &rays, &read, context).map(|()| finished);
-    }
-    progress.set_label("Tracing");
-    let rows_of = rows_of(command, &accel, &rays);
-    let mut rows = Vec::new();
-    let outcome =
-        in_pool(|| copy_costs(&accel, &rays.views(), command.most, &token, &mut |cost| rows.push(rows_of.row(cost))));
     drop(progress);
-    let outcome = outcome.map_err(|error| of_job(error, &command.source));
-    let figure = |_: &[_]| unreachable!("--plot needs --open");
-    command.output.deliver(&rows, copy_tables, figure, &read, context.out, outcome)?;
+    let measuring = Measuring { command, accel: &accel, plan: &rays, read: &read };
+    match &command.measured {
+        MeasuredCopies::Costs => measuring.costs(context),
+        MeasuredCopies::Forms(open) => measuring.forms(open, context),
+        MeasuredCopies::Advice => measuring.advice(context),
+    }?;
     Ok(finished)
 }
 
-/// The fields that all rows share.
-fn rows_of<'a>(command: &'a CopiesCommand, accel: &'a Accel, rays: &'a RayPlan) -> RowsOf<'a> {
-    RowsOf {
-        command: "copies",
-        source: &command.source,
-        accel,
-        camera: (&command.camera, &rays.camera),
-        size: command.size,
-        simd: command.settings.simd,
-    }
+/// What the measurements share.
+struct Measuring<'a> {
+    command: &'a CopiesCommand,
+    accel: &'a Arc<Accel>,
+    plan: &'a RayPlan,
+    read: &'a Protected,
 }
 
-/// Measures the forms of the scene of `accel` and prints their rows; those that were measured before an early end, too.
-fn run_forms(
-    command: &CopiesCommand,
-    accel: &Arc<Accel>,
-    plan: &RayPlan,
-    read: &Protected,
-    context: &mut Context<'_>,
-) -> Result<(), Failure> {
-    let token = context.token.clone();
-    let flat = flat_tree(accel, &token).map_err(|error| of_job(error, &command.source))?;
-    let progress = Progress::new("Tracing", &token);
-    let (rows_of, rays) = (rows_of(command, accel, plan), plan.views());
-    let mut rows = Vec::new();
-    let outcome = in_pool(|| {
-        copy_forms(accel, flat.as_ref(), &command.open, &rays, &token, &mut |cost| rows.push(rows_of.row(cost)))
-    });
-    drop(progress);
-    let outcome = outcome.map_err(|error| of_job(error, &command.source));
-    command.output.deliver(&rows, form_tables, |rows| Ok(form_figure(rows)), read, context.out, outcome)
+impl Measuring<'_> {
+    /// The fields that all rows share.
+    fn rows_of(&self) -> RowsOf<'_> {
+        RowsOf {
+            command: "copies",
+            source: &self.command.source,
+            accel: self.accel,
+            camera: (&self.command.camera, &self.plan.camera),
+            size: self.command.size,
+            simd: self.command.settings.simd,
+        }
+    }
+
+    /// Measures by `measure` and prints the rows by `tables`; those that were measured before an early end, too.
+    fn print<T: OwnFields + Send>(
+        &self,
+        measure: impl FnOnce(&[ViewRays], &CancelToken, &mut dyn FnMut(T)) -> Result<(), LabError> + Send,
+        tables: fn(&[CostRow<T>]) -> Vec<ReportTable>,
+        figure: fn(&[CostRow<T>]) -> Figure,
+        context: &mut Context<'_>,
+    ) -> Result<(), Failure> {
+        let token = context.token.clone();
+        let progress = Progress::new("Tracing", &token);
+        let (rows_of, rays) = (self.rows_of(), self.plan.views());
+        let mut rows = Vec::new();
+        let outcome = in_pool(|| measure(&rays, &token, &mut |own| rows.push(rows_of.row(own))));
+        drop(progress);
+        let outcome = outcome.map_err(|error| of_job(error, &self.command.source));
+        self.command.output.deliver(&rows, tables, |rows| Ok(figure(rows)), self.read, context.out, outcome)
+    }
+
+    fn costs(&self, context: &mut Context<'_>) -> Result<(), Failure> {
+        let (accel, most) = (self.accel, self.command.most);
+        let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostInPart)| {
+            copy_costs(accel, rays, most, token, row)
+        };
+        self.print(measure, copy_tables, |_| unreachable!("--plot needs --open"), context)
+    }
+
+    fn forms(&self, open: &[f32], context: &mut Context<'_>) -> Result<(), Failure> {
+        let accel = self.accel;
+        let flat = flat_tree(accel, &context.token).map_err(|error| of_job(error, &self.command.source))?;
+        let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostInForm)| {
+            copy_forms(accel, flat.as_ref(), open, rays, token, row)
+        };
+        self.print(measure, form_tables, form_figure, context)
+    }
+
+    fn advice(&self, context: &mut Context<'_>) -> Result<(), Failure> {
+        let accel = self.accel;
+        let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostOfChange)| {
+            copy_advice(accel, rays, token, row)
+        };
+        self.print(measure, advice_tables, |_| unreachable!("--plot needs --open"), context)
+    }
 }
 
 /// The flat form; `None`, with a note, where memory does not suffice.

@@ -11,7 +11,7 @@ use super::cost_row::OwnFields;
 use super::measure::LabError;
 use super::measurement::millis;
 use super::population::{ListedRays, Population, ViewRays, listed};
-use crate::accel::{Accel, TwoLevels};
+use crate::accel::Accel;
 use crate::budget::Budget;
 use crate::catalog::fields::form_columns;
 use crate::scene::Scene;
@@ -21,7 +21,7 @@ use bvhscope_engine::kernel::parallel::{par_collect, par_tasks};
 use bvhscope_engine::tree::traverse::Probe;
 use bvhscope_engine::tree::visits::RayQuery;
 use bvhscope_engine::wide::trace::LineProbe;
-use bvhscope_engine::{BuildSettings, Instances, Ray, Triangle, WideBvh};
+use bvhscope_engine::{BuildSettings, InstanceHit, Instances, Ray, Triangle, WideBvh};
 
 /// Rays that one thread traces at a time.
 const RAYS_PER_TASK: usize = 1 << 10;
@@ -110,12 +110,15 @@ impl FormCost {
 }
 
 /// The hit that ends a ray: the number of its triangle in the flat scene and its distance; both 0 where any suffices.
-type Ended = Option<(u32, f32)>;
+pub(super) type Ended = Option<(u32, f32)>;
+
+/// The number of the triangle of a hit.
+type Number<'a> = &'a (dyn Fn(&InstanceHit) -> u32 + Sync);
 
 /// A tree that rays are counted in.
-enum Traced<'a> {
+pub(super) enum Traced<'a> {
     Flat(&'a WideBvh),
-    Levels(&'a TwoLevels, &'a Instances),
+    Levels(&'a Instances, Number<'a>),
 }
 
 /// Counts in a wide tree.
@@ -194,7 +197,7 @@ pub fn copy_forms(
             let token = of_forms.part(at * lists.len() + index, forms * lists.len());
             let (mut cost, ended) = traced.costs(rays, &token)?;
             match first.get(index) {
-                Some(first) => cost.differing_hits = differing(rays, first, &ended),
+                Some(first) => cost.differing_hits = differing(rays, first, &ended, |first, ended| first == ended),
                 None => first.push(ended),
             }
             row(CostInForm { form, population: rays.population, cost });
@@ -223,21 +226,26 @@ pub fn copy_forms(
             ready_ms: millis(meshes + start.elapsed()),
             traced_bytes: instances.bytes(),
         };
-        measure(usize::from(flat.is_some()) + at, form, &Traced::Levels(levels, &instances))?;
+        measure(usize::from(flat.is_some()) + at, form, &Traced::Levels(&instances, &|hit| levels.number(hit)))?;
     }
     Ok(())
 }
 
-/// Number of rays that end elsewhere.
-fn differing(rays: &ListedRays, first: &[Ended], ended: &[Ended]) -> u64 {
+/// Number of rays that end elsewhere than in the first form, where `is_same` says so.
+pub(super) fn differing(
+    rays: &ListedRays,
+    first: &[Ended],
+    ended: &[Ended],
+    is_same: impl Fn(&Ended, &Ended) -> bool,
+) -> u64 {
     let weighted = rays.ray();
-    let differs = (0..first.len()).filter(|&index| first[index] != ended[index]);
+    let differs = (0..first.len()).filter(|&index| !is_same(&first[index], &ended[index]));
     differs.map(|index| u64::from(weighted(index as u32).2)).sum()
 }
 
 impl<'a> Traced<'a> {
     /// The cost of `rays`, and where each of them ends.
-    fn costs(&self, rays: &ListedRays, token: &CancelToken) -> Result<(FormCost, Vec<Ended>), LabError> {
+    pub(super) fn costs(&self, rays: &ListedRays, token: &CancelToken) -> Result<(FormCost, Vec<Ended>), LabError> {
         let weighted = rays.ray();
         let starts = (0..rays.list.len()).step_by(RAYS_PER_TASK);
         let parts = par_tasks(starts, token, |start, _| {
@@ -284,7 +292,7 @@ impl<'a> Traced<'a> {
             |wide: &'a WideBvh| WideCounts { nodes: 0, blocks: 0, entered: 0, lines: LineProbe::new(&wide.tree) };
         match self {
             Self::Flat(wide) => vec![of_tree(wide)],
-            Self::Levels(_, instances) => {
+            Self::Levels(instances, _) => {
                 let meshes = instances.copies().meshes().iter().map(|mesh| mesh.wide());
                 meshes.chain([instances.top()]).map(of_tree).collect()
             }
@@ -299,11 +307,11 @@ impl<'a> Traced<'a> {
                 wide.tree.closest_hit_with(level, ray, above).map(|hit| (hit.primitive_index, hit.t))
             }
             (Self::Flat(wide), RayQuery::AnyHit) => wide.tree.any_hit_with(level, ray, above).then_some((0, 0.0)),
-            (Self::Levels(levels, instances), RayQuery::ClosestHit(_)) => {
+            (Self::Levels(instances, number), RayQuery::ClosestHit(_)) => {
                 let hit = instances.closest_hit_with(ray, above, meshes)?;
-                Some((levels.number(&hit), hit.t))
+                Some((number(&hit), hit.t))
             }
-            (Self::Levels(_, instances), RayQuery::AnyHit) => {
+            (Self::Levels(instances, _), RayQuery::AnyHit) => {
                 instances.any_hit_with(ray, above, meshes).then_some((0, 0.0))
             }
         }

@@ -34,6 +34,7 @@ pub mod visit_scatter;
 pub mod population;
 pub mod prediction;
 
+pub mod copy_advice;
 pub mod copy_boxes;
 pub mod copy_costs;
 pub mod copy_forms;
@@ -41,6 +42,8 @@ pub mod cost_row;
 pub mod icicle;
 pub mod layouts;
 pub mod merges;
+mod mesh_changes;
+mod mesh_pairs;
 pub mod motion;
 pub mod node_ranking;
 

@@ -213,6 +213,38 @@ impl<C: Container> Tree<C> {
         self.primitive_indices.get(node.first as usize).copied()
     }
 
+    /// The tree below `node`, with `node` as its root; primitives keep their indices in the list that this tree was built from.
+    ///
+    /// # Errors
+    ///
+    /// Once `token` is cancelled.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such node.
+    pub fn below(&self, node: u32, token: &CancelToken) -> Result<Self, Cancelled> {
+        let mut nodes = vec![self.nodes[node as usize]];
+        let (mut depths, [mut start, mut end]) = (vec![0], [usize::MAX, 0]);
+        let mut index = 0;
+        while index < nodes.len() {
+            token.check_every(LIGHT_STEPS, index)?;
+            let (node, first) = (nodes[index], nodes.len() as u32);
+            if node.is_leaf() {
+                [start, end] = [start.min(node.slots().start), end.max(node.slots().end)];
+            } else {
+                nodes[index].first = first;
+                nodes.extend(node.children().map(|child| self.nodes[child as usize]));
+                depths.resize(nodes.len(), depths[index] + 1);
+            }
+            index += 1;
+        }
+        for leaf in nodes.iter_mut().filter(|node| node.is_leaf()) {
+            leaf.first -= start as u32;
+        }
+        let max_depth = depths.last().copied().unwrap_or(0);
+        Ok(Self { nodes, primitive_indices: self.primitive_indices[start..end].to_vec(), max_depth })
+    }
+
     /// Whether each interior node has two children. Takes a pass over the tree, on all threads.
     pub fn is_binary(&self, token: &CancelToken) -> Result<bool, Cancelled> {
         let bits = par_tasks(self.nodes.chunks(LIGHT_STEPS), token, |nodes, _| {

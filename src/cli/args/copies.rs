@@ -18,6 +18,7 @@ use bvhscope_engine::kernel::SimdLevel;
   bvhscope copies city.gltf --rays mine.rays --json
   bvhscope copies city.gltf --preset best --csv copies.csv
   bvhscope copies city.gltf --open 1,2,4 --plot open.svg
+  bvhscope copies city.gltf --advice
 
 The scene is loaded in two levels unless --instances says otherwise. docs/copies.md says what is counted.")]
 pub struct CopiesArgs {
@@ -31,6 +32,10 @@ pub struct CopiesArgs {
     /// many parts a copy: a list of numbers from 1, which opens none, to 64, or all for 1,1.5,2,3,4,8
     #[arg(long, value_name = "LIST", value_parser = values::openings)]
     pub open: Option<List<f32>>,
+    /// Measure what other meshes would save instead: each of those with most tests in 2, 4 and 8 parts, and each two as one whose copies
+    /// stand together
+    #[arg(long, conflicts_with = "open")]
+    pub advice: bool,
     /// Also plot nodes and blocks of a ray over how far the tree is opened: FILE.png or FILE.svg
     #[arg(long, value_name = "FILE", requires = "open")]
     pub plot: Option<PathBuf>,

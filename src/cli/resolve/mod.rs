@@ -16,7 +16,7 @@ use crate::catalog::settings::Given;
 #[cfg(feature = "gui")]
 use crate::console::note;
 use crate::headless::Output;
-use crate::headless::copies::CopiesCommand;
+use crate::headless::copies::{CopiesCommand, MeasuredCopies};
 use crate::headless::info::InfoCommand;
 use crate::headless::layouts::LayoutsCommand;
 use crate::headless::ray::{ChosenStart, RayCommand};
@@ -174,7 +174,11 @@ pub fn copies(args: CopiesArgs) -> CopiesCommand {
     CopiesCommand {
         source: args.model.unwrap_or_else(|| SceneSource::Builtin { name: "forest".to_owned(), size: None }),
         most: args.most,
-        open: args.open.map_or_else(Vec::new, |list| list.0),
+        measured: match args.open {
+            Some(List(open)) => MeasuredCopies::Forms(open),
+            None if args.advice => MeasuredCopies::Advice,
+            None => MeasuredCopies::Costs,
+        },
         build: args.build.settings.0.settings(),
         camera: camera(&args.camera),
         size: args.costs.size,

@@ -3,6 +3,7 @@
 mod aligned;
 mod format;
 
+mod advice;
 mod copies;
 mod depths;
 mod difference;
@@ -20,6 +21,7 @@ mod formats;
 mod by_command;
 mod summary;
 
+pub use advice::{advice_costs, advice_tables};
 pub use aligned::ReportTable;
 pub use by_command::{few_entering, tables};
 pub use copies::{copy_tables, dearest_copies, mesh_costs};
