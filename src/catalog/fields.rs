@@ -169,7 +169,10 @@ const FORMS: [Field; 15] = [
 /// Of `copies --advice`, behind the threads.
 const ADVICE: [Field; 23] = [
     ("population", "The rays"),
-    ("change", "Another division into meshes: none (the scene as it is), split (a mesh in parts) or merge (two meshes as one)"),
+    (
+        "change",
+        "Another division into meshes: none (the scene as it is), split (a mesh in parts) or merge (two meshes as one)",
+    ),
     ("mesh", "Index of the mesh that is changed, from 0; absent for the scene as it is"),
     ("parts", "Number of meshes that it is split into; absent for others"),
     ("with_mesh", "Index of the mesh that it is merged with; absent for others"),

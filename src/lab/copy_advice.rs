@@ -15,8 +15,8 @@ use super::population::{ListedRays, Population, ViewRays, listed};
 use crate::accel::Accel;
 use crate::catalog::fields::advice_columns;
 use crate::scene::SceneCopies;
-use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::Instances;
+use bvhscope_engine::cancel::CancelToken;
 
 /// Meshes whose parts are measured, and among which pairs are looked for: those with most tests.
 const MOST_MESHES: usize = 8;
@@ -131,7 +131,10 @@ pub fn copy_advice(
         Extent { entered_meshes, measured_meshes: meshes.len(), pairs: pairs.len(), measured_pairs: pairs.len() };
     // By the tests of both: those of the first meshes come first.
     let place = |mesh: u32| meshes.iter().position(|&other| other == mesh);
-    pairs.sort_by_key(|pair| { let [a, b] = pair.meshes.map(place); (a.max(b), a.min(b)) });
+    pairs.sort_by_key(|pair| {
+        let [a, b] = pair.meshes.map(place);
+        (a.max(b), a.min(b))
+    });
     pairs.truncate(MOST_PAIRS);
     extent.measured_pairs = pairs.len();
     let changes = changes(&meshes, &pairs);

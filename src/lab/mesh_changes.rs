@@ -8,10 +8,11 @@ use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::par_collect;
 use bvhscope_engine::tree::Tree;
 use bvhscope_engine::tree_file::Instance;
-use bvhscope_engine::{AnyTree, BuildSettings, Bvh, Instances, MeshCopies, Placed, build};
+use bvhscope_engine::{AnyTree, BuildSettings, Bvh, Instances, MeshCopies, Placed, build, with_tree};
 
 use super::measure::LabError;
 use super::mesh_pairs::{MeshPair, moved};
+use crate::budget::Budget;
 use crate::scene::SceneCopies;
 
 /// A scene whose meshes are changed.
@@ -41,6 +42,7 @@ impl<'a> MeshChanges<'a> {
         if nodes.len() != count {
             return Ok(None);
         }
+        self.check_memory(&[mesh])?;
         let triangles = self.scene.mesh(mesh);
         let part = |node: u32| part(&tree.below(node, token)?, triangles, token);
         let parts = nodes.into_iter().map(part).collect::<Result<Vec<_>, Cancelled>>()?;
@@ -62,6 +64,7 @@ impl<'a> MeshChanges<'a> {
     /// As [`MeshChanges::split`].
     pub fn merge(&self, pair: &MeshPair, token: &CancelToken) -> Result<Instances, LabError> {
         let [first, second] = pair.meshes;
+        self.check_memory(&pair.meshes)?;
         let relative = self.scene.mesh(second).iter().map(|triangle| moved(&pair.relative, triangle));
         let triangles: Vec<Triangle> = self.scene.mesh(first).iter().copied().chain(relative).collect();
         let merged = Arc::new(build(&triangles, self.settings, token)?);
@@ -69,6 +72,18 @@ impl<'a> MeshChanges<'a> {
         let kept = (0..self.scene.copies().len() as u32).filter(|&copy| self.scene.copies().mesh(copy) != second);
         let placed = kept.map(|copy| self.placed(copy, numbers[self.scene.copies().mesh(copy) as usize]));
         self.instances(meshes, &placed.collect::<Vec<_>>(), token)
+    }
+
+    /// Checks that there is room for the triangles and trees of `changed` once more.
+    fn check_memory(&self, changed: &[u32]) -> Result<(), LabError> {
+        let bytes = |&mesh: &u32| {
+            let own = &self.meshes.meshes()[mesh as usize];
+            let wide = &own.wide().tree;
+            let triangles = size_of_val(self.scene.mesh(mesh));
+            (triangles + with_tree!(own.tree(), tree => tree.bytes()) + wide.node_bytes() + wide.leaf_bytes()) as u64
+        };
+        let checked = Budget::of_process().check("other meshes", changed.iter().map(bytes).sum());
+        checked.map_err(|error| LabError::Refused(error.to_string()))
     }
 
     /// The meshes without `changed`, the `new` ones behind them, and the new number of each; of changed ones the first of the new.

@@ -20,8 +20,6 @@ pub struct MeshPair {
     pub meshes: [u32; 2],
     /// From the coordinates of the second to those of the first.
     pub relative: DMat4,
-    /// The copies of both.
-    pub copies: Vec<[u32; 2]>,
 }
 
 /// A mesh and its copies.
@@ -30,8 +28,8 @@ struct Group {
     bounds: Aabb,
     /// The largest sum of the absolute terms of a coordinate of its copies.
     reach: f64,
-    /// By the translation along x.
-    copies: Vec<(u32, DMat4)>,
+    /// Where its copies stand, by the translation along x.
+    copies: Vec<DMat4>,
 }
 
 /// The pairs among `meshes` whose copies stand together with boxes that touch, in the order of `meshes`.
@@ -62,11 +60,11 @@ fn groups(scene: &SceneCopies, meshes: &[u32], token: &CancelToken) -> Result<Ve
         if let Some(group) = groups.iter_mut().find(|group| group.mesh == copies.mesh(copy)) {
             let place = matrix(copies.place(copy));
             group.reach = group.reach.max(largest_coordinate(&place, farthest(&group.bounds)));
-            group.copies.push((copy, place));
+            group.copies.push(place);
         }
     }
     for group in &mut groups {
-        group.copies.sort_by(|(_, a), (_, b)| a.w_axis.x.total_cmp(&b.w_axis.x));
+        group.copies.sort_by(|a, b| a.w_axis.x.total_cmp(&b.w_axis.x));
     }
     Ok(groups)
 }
@@ -78,8 +76,8 @@ fn matrix(place: &Placement) -> DMat4 {
 
 /// A triangle moved by `matrix`, its corners rounded once.
 pub fn moved(matrix: &DMat4, triangle: &Triangle) -> Triangle {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c]
-        .map(|corner| matrix.transform_point3(corner.as_dvec3()).as_vec3());
+    let [a, b, c] =
+        [triangle.a, triangle.b, triangle.c].map(|corner| matrix.transform_point3(corner.as_dvec3()).as_vec3());
     Triangle { a, b, c }
 }
 
@@ -89,12 +87,12 @@ impl Group {
         if self.copies.len() != other.copies.len() {
             return Ok(None);
         }
-        let Some((_, first)) = self.copies.first() else { return Ok(None) };
+        let Some(first) = self.copies.first() else { return Ok(None) };
         let inverse = first.inverse();
         let middle = self.bounds.center().as_dvec3();
         let middle_of_other = other.bounds.center().as_dvec3();
         let mut tried: Vec<(f64, DMat4)> = Vec::with_capacity(other.copies.len());
-        for (at, (_, place)) in other.copies.iter().enumerate() {
+        for (at, place) in other.copies.iter().enumerate() {
             token.check_every(MEDIUM_STEPS, at)?;
             let relative = inverse * *place;
             if self.touches(&relative, &other.bounds) {
@@ -103,8 +101,8 @@ impl Group {
         }
         tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         for (_, relative) in tried.into_iter().take(MOST_TRIED) {
-            if let Some(copies) = self.partners(other, &relative, token)? {
-                return Ok(Some(MeshPair { meshes: [self.mesh, other.mesh], relative, copies }));
+            if self.is_joined(other, &relative, token)? {
+                return Ok(Some(MeshPair { meshes: [self.mesh, other.mesh], relative }));
             }
         }
         Ok(None)
@@ -116,34 +114,33 @@ impl Group {
             let side = |axis: usize| if at >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
             relative.transform_point3(DVec3::from_array([0, 1, 2].map(|axis| f64::from(side(axis)))))
         };
-        let (min, max) = (0..8).map(corner).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), corner| {
-            (min.min(corner), max.max(corner))
-        });
+        let (min, max) = (0..8)
+            .map(corner)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), corner| (min.min(corner), max.max(corner)));
         let (own_min, own_max) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let slack = (own_max - own_min).max_element().max((max - min).max_element()) * SLACK;
         min.cmple(own_max + slack).all() && max.cmpge(own_min - slack).all()
     }
 
-    /// For each copy that of `other` at the `relative` place; `None` where one has none of its own.
-    fn partners(&self, other: &Self, relative: &DMat4, token: &CancelToken) -> Result<Option<Vec<[u32; 2]>>, Cancelled> {
+    /// Tells if each copy has one of `other`, of its own, at the `relative` place.
+    fn is_joined(&self, other: &Self, relative: &DMat4, token: &CancelToken) -> Result<bool, Cancelled> {
         let mut is_taken = vec![false; other.copies.len()];
-        let mut partners = Vec::with_capacity(self.copies.len());
         // A relative place is off by the rounding of the places that it comes from, wherever those stand.
         let slack = self.reach.max(other.reach) * SLACK;
-        for (at, (copy, place)) in self.copies.iter().enumerate() {
+        let farthest = farthest(&other.bounds);
+        for (at, place) in self.copies.iter().enumerate() {
             token.check_every(MEDIUM_STEPS, at)?;
             let expected = *place * *relative;
-            let near = other.copies.partition_point(|(_, found)| found.w_axis.x < expected.w_axis.x - slack);
-            let near = other.copies.iter().enumerate().skip(near);
-            let mut near = near.take_while(|(_, (_, found))| found.w_axis.x <= expected.w_axis.x + slack);
-            let is_partner = |(at, (_, found)): &(usize, &(u32, DMat4))| {
-                !is_taken[*at] && largest_coordinate(&(*found - expected), farthest(&other.bounds)) <= slack
+            let first = other.copies.partition_point(|found| found.w_axis.x < expected.w_axis.x - slack);
+            let near = other.copies.iter().enumerate().skip(first);
+            let mut near = near.take_while(|(_, found)| found.w_axis.x <= expected.w_axis.x + slack);
+            let is_partner = |(at, found): &(usize, &DMat4)| {
+                !is_taken[*at] && largest_coordinate(&(**found - expected), farthest) <= slack
             };
-            let Some((at, (partner, _))) = near.find(is_partner) else { return Ok(None) };
-            is_taken[at] = true;
-            partners.push([*copy, *partner]);
+            let Some((partner, _)) = near.find(is_partner) else { return Ok(false) };
+            is_taken[partner] = true;
         }
-        Ok(Some(partners))
+        Ok(true)
     }
 }
 

@@ -175,7 +175,7 @@ pub fn copies(args: CopiesArgs) -> CopiesCommand {
         source: args.model.unwrap_or_else(|| SceneSource::Builtin { name: "forest".to_owned(), size: None }),
         most: args.most,
         measured: match args.open {
-            Some(List(open)) => MeasuredCopies::Forms(open),
+            Some(open) => MeasuredCopies::Forms(open.0),
             None if args.advice => MeasuredCopies::Advice,
             None => MeasuredCopies::Costs,
         },

@@ -27,12 +27,8 @@ pub fn advice_costs(scene: &str, rows: &[&CostOfChange]) -> ReportTable {
     let mut table = ReportTable::new(title, &columns);
     for row in rows.iter().filter(|row| row.change != MeshChange::None) {
         let differences = &row.differences;
-        let changes = [
-            differences.nodes_change,
-            differences.blocks_change,
-            differences.visits_change,
-            differences.bytes_change,
-        ];
+        let changes =
+            [differences.nodes_change, differences.blocks_change, differences.visits_change, differences.bytes_change];
         let entered = row.cost.entered_per_ray.map_or_else(String::new, number);
         table.rows.push([name(&row.change), entered].into_iter().chain(changes.map(percent)).collect());
     }
@@ -128,11 +124,15 @@ fn measured(row: &CostOfChange) -> String {
 
 /// Whether rays end where they end in the scene as it is; `None` where nothing else was measured.
 fn hits(rows: &[&CostOfChange]) -> Option<String> {
-    let of = |is_merge: bool| {
-        let mut found = rows.iter().filter(move |row| matches!(row.change, MeshChange::Merge { .. }) == is_merge);
-        let first = found.next()?;
-        Some(found.fold(**first, |most, row| if row.cost.differing_hits > most.cost.differing_hits { **row } else { most }))
-    };
+    let of =
+        |is_merge: bool| {
+            let mut found = rows.iter().filter(move |row| matches!(row.change, MeshChange::Merge { .. }) == is_merge);
+            let first = found.next()?;
+            Some(found.fold(
+                **first,
+                |most, row| if row.cost.differing_hits > most.cost.differing_hits { **row } else { most },
+            ))
+        };
     let of_parts = of(false).filter(|_| rows.len() > 1).map(|most| match most.cost.differing_hits {
         0 => "With a mesh in parts all rays end at the same distance.".to_owned(),
         some => format!("With a mesh in parts {} end at another distance.", counted(some, "rays")),

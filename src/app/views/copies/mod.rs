@@ -1,5 +1,7 @@
-//! The view "Copies": what the rays of the view cost in the parts of a scene of two levels, or its forms flat, in two levels and opened.
+//! The view "Copies": what the rays of the view cost in the parts of a scene of two levels, or its forms flat, in two levels and opened,
+//! or what other meshes would save.
 
+mod advice;
 mod dearest;
 mod forms;
 mod plot;
@@ -10,6 +12,7 @@ use std::sync::Arc;
 use egui::{self, Align, Key, Layout, ScrollArea, Ui, UiBuilder};
 use serde::{Deserialize, Serialize};
 
+use self::advice::MeasuredAdvice;
 use self::dearest::DearCopy;
 use self::forms::MeasuredForms;
 use self::report::{GAP, report};
@@ -36,6 +39,7 @@ const TABLE: f32 = 0.62;
 /// Labels of the studies.
 const COUNTING: &str = "Tracing rays through both levels";
 const BUILDING: &str = "Building the forms of the scene";
+const CHANGING: &str = "Tracing rays through other meshes";
 
 /// The costs of the rays in all parts of the scene.
 #[derive(Debug)]
@@ -48,12 +52,35 @@ struct MeasuredParts {
 /// The costs, or why there are none.
 type Measured<T> = Result<T, String>;
 
+/// A part of the view.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+enum Section {
+    #[default]
+    Costs,
+    Forms,
+    Advice,
+}
+
+impl Section {
+    /// All with labels and meanings.
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Costs,
+            "Costs",
+            "What rays cost in the tree over the copies, in each mesh and in the copies with most tests",
+        ),
+        (Self::Forms, "Forms", "The scene flat, in two levels, and with the tree over the copies opened"),
+        (Self::Advice, "Advice", "What it would save to split a mesh, or to make one of two that stand together"),
+    ];
+}
+
 /// The choice of the user, and the measurements.
 #[derive(Debug, Default)]
 pub struct CopiesView {
-    shows_forms: bool,
+    section: Section,
     parts: Study<ViewRays, Measured<MeasuredParts>>,
     forms: Study<ViewRays, Measured<MeasuredForms>>,
+    advice: Study<ViewRays, Measured<MeasuredAdvice>>,
     /// The copy to which the list was scrolled last, so that it can be scrolled away from the selected one.
     revealed: Option<u32>,
 }
@@ -61,7 +88,7 @@ pub struct CopiesView {
 /// The part of the view in a shared state.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SharedCopies {
-    shows_forms: bool,
+    section: Section,
 }
 
 impl ViewState for CopiesView {
@@ -69,22 +96,22 @@ impl ViewState for CopiesView {
     type Shared = SharedCopies;
 
     fn shared(&self, _: Option<&Arc<Accel>>) -> SharedCopies {
-        let Self { shows_forms, parts: _, forms: _, revealed: _ } = self;
-        SharedCopies { shows_forms: *shows_forms }
+        let Self { section, parts: _, forms: _, advice: _, revealed: _ } = self;
+        SharedCopies { section: *section }
     }
 
-    fn show_shared(&mut self, SharedCopies { shows_forms }: SharedCopies) {
-        self.shows_forms = shows_forms;
+    fn show_shared(&mut self, SharedCopies { section }: SharedCopies) {
+        self.section = section;
     }
 
     #[cfg(test)]
     fn changed() -> Self {
-        Self { shows_forms: true, ..Self::default() }
+        Self { section: Section::Forms, ..Self::default() }
     }
 }
 
 impl View for CopiesView {
-    const PURPOSE: &'static str = "Which copies and meshes make rays slow in a scene of two levels, and what opening the tree over the copies does";
+    const PURPOSE: &'static str = "Which copies and meshes make rays slow in a scene of two levels, and what opening the tree over the copies, or other meshes, would save";
     const KEY: Key = Key::O;
 
     fn ui(&mut self, ui: &mut Ui, state: &mut AppState) {
@@ -98,10 +125,10 @@ impl View for CopiesView {
             };
             return empty_view(ui, text);
         }
-        if self.shows_forms {
-            self.forms(ui, state, &shown);
-        } else {
-            self.costs(ui, state, &shown);
+        match self.section {
+            Section::Costs => self.costs(ui, state, &shown),
+            Section::Forms => self.forms(ui, state, &shown),
+            Section::Advice => self.advice(ui, state, &shown),
         }
     }
 
@@ -115,7 +142,7 @@ impl View for CopiesView {
             "copies",
             COUNTING,
             |state| &mut state.views.get_mut::<Self>().parts,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(false, &model.derived, accel)),
+            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Costs, &model.derived, accel)),
         );
         studies.add(plan, |accel, rays: &ViewRays, token| {
             let mut rows = Vec::new();
@@ -133,11 +160,21 @@ impl View for CopiesView {
             "forms",
             BUILDING,
             |state| &mut state.views.get_mut::<Self>().forms,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(true, &model.derived, accel)),
+            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Forms, &model.derived, accel)),
         );
         studies.add(plan, |accel, rays: &ViewRays, token| {
             let mut forms = MeasuredForms::default();
             outcome(forms.measure(accel, rays, token), || forms)
+        })?;
+        let plan = StudyPlan::new(
+            "advice",
+            CHANGING,
+            |state| &mut state.views.get_mut::<Self>().advice,
+            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Advice, &model.derived, accel)),
+        );
+        studies.add(plan, |accel, rays: &ViewRays, token| {
+            let mut advice = MeasuredAdvice::default();
+            outcome(advice.measure(accel, rays, token), || advice)
         })
     }
 }
@@ -176,9 +213,9 @@ impl MeasuredParts {
 }
 
 impl CopiesView {
-    /// The inputs for `accel` of what is shown with forms or without, where it is and the rays are known.
-    fn inputs(&self, forms: bool, derived: &Derived, accel: &Arc<Accel>) -> Option<ViewRays> {
-        let is_shown = self.shows_forms == forms && accel.scene.copies.is_some();
+    /// The inputs for `accel` of a section, where it is shown and the rays are known.
+    fn inputs(&self, section: Section, derived: &Derived, accel: &Arc<Accel>) -> Option<ViewRays> {
+        let is_shown = self.section == section && accel.scene.copies.is_some();
         is_shown.then(|| derived.rays(&accel.scene))?
     }
 
@@ -196,9 +233,9 @@ impl CopiesView {
         self.dearest(accel).is_some()
     }
 
-    /// Shows the list of copies in place of the forms.
+    /// Shows the list of copies in place of other sections.
     pub(crate) fn show_list(&mut self) {
-        self.shows_forms = false;
+        self.section = Section::Costs;
     }
 
     fn dearest(&self, accel: &Arc<Accel>) -> Option<&[DearCopy]> {
@@ -214,11 +251,9 @@ impl CopiesView {
         outputs: impl FnOnce(&mut Ui, &mut AppState),
     ) {
         ui.horizontal(|ui| {
-            let of_parts = "What rays cost in the tree over the copies, in each mesh and in the copies with most tests";
-            let of_forms = "The scene flat, in two levels, and with the tree over the copies opened";
-            for (forms, label, tip) in [(false, "Costs", of_parts), (true, "Forms", of_forms)] {
-                if chip(ui, label, self.shows_forms == forms, tip) {
-                    self.shows_forms = forms;
+            for (section, label, tip) in Section::ALL {
+                if chip(ui, label, self.section == section, tip) {
+                    self.section = section;
                 }
             }
             ui.add_space(6.0);
@@ -230,7 +265,7 @@ impl CopiesView {
 
     /// Shows the costs of all parts, or waits for them.
     fn costs(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        let inputs = self.inputs(false, &state.model.derived, &shown.accel);
+        let inputs = self.inputs(Section::Costs, &state.model.derived, &shown.accel);
         let known = inputs.as_ref().and_then(|inputs| self.parts.get(&shown.accel, inputs)).cloned();
         let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
         self.bar(ui, state, shown, |ui, state| outputs(ui, state, shown, of_outputs));
@@ -243,7 +278,7 @@ impl CopiesView {
 
     /// Shows the forms of the scene, or waits for them.
     fn forms(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        let inputs = self.inputs(true, &state.model.derived, &shown.accel);
+        let inputs = self.inputs(Section::Forms, &state.model.derived, &shown.accel);
         let known = inputs.as_ref().and_then(|inputs| self.forms.get(&shown.accel, inputs)).cloned();
         let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
         self.bar(ui, state, shown, |ui, state| forms::outputs(ui, state, shown, of_outputs));
@@ -252,6 +287,19 @@ impl CopiesView {
             return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, BUILDING);
         };
         answer(ui, state, shown, known, MeasuredForms::rays, |ui, state, known| forms::show(ui, state, shown, known));
+    }
+
+    /// Shows what other meshes would save, or waits for it.
+    fn advice(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        let inputs = self.inputs(Section::Advice, &state.model.derived, &shown.accel);
+        let known = inputs.as_ref().and_then(|inputs| self.advice.get(&shown.accel, inputs)).cloned();
+        let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
+        self.bar(ui, state, shown, |ui, state| advice::outputs(ui, state, shown, of_outputs));
+        let Some(known) = known.as_deref() else {
+            let study = (&mut self.advice, inputs);
+            return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, CHANGING);
+        };
+        answer(ui, state, shown, known, MeasuredAdvice::rays, |ui, state, known| advice::show(ui, state, shown, known));
     }
 
     /// The table of the meshes on the left, and the list of copies beside it.
