@@ -154,3 +154,103 @@ fn largest_coordinate(matrix: &DMat4, farthest: DVec3) -> f64 {
     let [x, y, z, translation] = matrix.to_cols_array_2d().map(|[x, y, z, _]| DVec3::new(x, y, z).abs());
     (x * farthest.x + y * farthest.y + z * farthest.z + translation).max_element()
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    use glam::{DMat3, DQuat};
+
+    use super::*;
+    use crate::scene::{Instancing, LoadOptions, Scene, load_bytes};
+
+    /// A scene of PBRT with a mesh for each list of places, within the cube from 0 to 1.
+    fn scene(meshes: &[&[DMat4]]) -> Scene {
+        let mut text = "WorldBegin\n".to_owned();
+        for (mesh, places) in meshes.iter().enumerate() {
+            let corners = "[0 0 0 1 0 0 0 1 0 1 1 1]";
+            let shape = format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 1 2 3] \"point3 P\" {corners}");
+            let _ = writeln!(text, "ObjectBegin \"{mesh}\" {shape} ObjectEnd");
+            for place in *places {
+                let numbers = place.to_cols_array().map(|number| number.to_string()).join(" ");
+                let _ = writeln!(text, "AttributeBegin Transform [{numbers}] ObjectInstance \"{mesh}\" AttributeEnd");
+            }
+        }
+        let options = LoadOptions { instances: Instancing::TwoLevel, ..LoadOptions::default() };
+        load_bytes(Path::new("a.pbrt"), text.as_bytes(), &options, &CancelToken::new()).unwrap()
+    }
+
+    fn pairs(meshes: &[&[DMat4]]) -> Vec<MeshPair> {
+        let scene = scene(meshes);
+        let copies = scene.copies.as_deref().unwrap();
+        assert_eq!(copies.mesh_count(), meshes.len());
+        let all: Vec<u32> = (0..meshes.len() as u32).collect();
+        mesh_pairs(copies, &all, &CancelToken::new()).unwrap()
+    }
+
+    /// Turned, stretched and sheared, within some tens of the origin.
+    fn places() -> Vec<DMat4> {
+        let place = |at: u32| {
+            let at = f64::from(at);
+            let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, at, 2.0).normalize(), 0.7 * at));
+            let shear = DMat3::from_cols(DVec3::X * (1.0 + 0.1 * at), DVec3::new(0.2, 1.0, 0.0), DVec3::Z);
+            let middle = DVec3::new((7.0 * at) % 23.0, (5.0 * at) % 17.0, (3.0 * at) % 11.0);
+            DMat4::from_translation(middle) * DMat4::from_mat3(turn * shear)
+        };
+        (1..=12).map(place).collect()
+    }
+
+    /// The place of the second mesh in the coordinates of the first, `away` from it.
+    fn relative(away: f64) -> DMat4 {
+        let turn = DMat3::from_rotation_z(0.5) * DMat3::from_diagonal(DVec3::new(0.5, 2.0, 1.0));
+        DMat4::from_translation(DVec3::new(away, 0.25, -0.5)) * DMat4::from_mat3(turn)
+    }
+
+    #[test]
+    fn meshes_that_stand_together_are_found_in_any_order() {
+        let first = places();
+        let mut second: Vec<DMat4> = first.iter().map(|place| *place * relative(0.5)).collect();
+        second.reverse();
+        second.swap(2, 7);
+        let found = pairs(&[&first, &second]);
+        assert_eq!(found.iter().map(|pair| pair.meshes).collect::<Vec<_>>(), [[0, 1]]);
+        assert!(found[0].relative.abs_diff_eq(relative(0.5), 1e-4), "{}", found[0].relative);
+        // Of three each two do.
+        let third: Vec<DMat4> = first.iter().map(|place| *place * relative(-0.5)).collect();
+        let found = pairs(&[&first, &second, &third]);
+        assert_eq!(found.iter().map(|pair| pair.meshes).collect::<Vec<_>>(), [[0, 1], [0, 2], [1, 2]]);
+        let corner = DVec3::new(0.3, 0.4, 0.5);
+        let moved = found[2].relative.transform_point3(corner);
+        let expected = (relative(0.5).inverse() * relative(-0.5)).transform_point3(corner);
+        assert!(moved.distance(expected) < 1e-3, "{moved} and {expected}");
+    }
+
+    #[test]
+    fn meshes_do_not_stand_together_where_a_copy_stands_elsewhere_or_is_alone() {
+        let first = places();
+        let second: Vec<DMat4> = first.iter().map(|place| *place * relative(0.5)).collect();
+        assert_eq!(pairs(&[&first, &second]).len(), 1);
+        let with = |at: usize, place: DMat4| {
+            let mut second = second.clone();
+            second[at] = place;
+            pairs(&[&first, &second]).len()
+        };
+        let mut moved = second[5];
+        moved.w_axis.y += 0.01;
+        assert_eq!(with(5, moved), 0);
+        let mut wider = second[5];
+        wider.y_axis *= 1.01;
+        assert_eq!(with(5, wider), 0, "at the same point, with another height");
+        assert_eq!(pairs(&[&first, &second[1..]]).len(), 0);
+        let apart: Vec<DMat4> = first.iter().map(|place| *place * relative(5.0)).collect();
+        assert_eq!(pairs(&[&first, &apart]).len(), 0, "their boxes do not touch");
+        // Two copies at one place need two partners there.
+        let mut doubled = first.clone();
+        doubled[3] = doubled[4];
+        assert_eq!(pairs(&[&doubled, &second]).len(), 0);
+        let twice: Vec<DMat4> = doubled.iter().map(|place| *place * relative(0.5)).collect();
+        assert_eq!(pairs(&[&doubled, &twice]).len(), 1);
+    }
+}

@@ -12,6 +12,7 @@ use bvhscope::export::Protected;
 use bvhscope::headless::exr::write_distances;
 use bvhscope::headless::picture::write_png;
 use bvhscope::lab::LabError;
+use bvhscope::lab::copy_advice::copy_advice;
 use bvhscope::lab::copy_costs::copy_costs;
 use bvhscope::lab::copy_forms::copy_forms;
 use bvhscope::lab::diagnose::diagnose_scene;
@@ -463,6 +464,8 @@ fn layouts_and_costs_of_copies_stop_at_every_poll() {
     at_every_poll("costs of copies", |token| lab_is_cancelled(pool.install(|| costs(token))));
     let forms = |token: &CancelToken| copy_forms(&accel, None, &[1.0, 2.0], &rays(&scene).views(), token, &mut |_| ());
     at_every_poll("forms of copies", |token| lab_is_cancelled(pool.install(|| forms(token))));
+    let advice = |token: &CancelToken| copy_advice(&accel, &rays(&scene).views()[..1], token, &mut |_| ());
+    at_every_poll("other meshes", |token| lab_is_cancelled(pool.install(|| advice(token))));
 }
 
 #[test]

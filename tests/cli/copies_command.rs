@@ -173,6 +173,132 @@ fn forms_of_a_scene_have_the_same_hits_and_their_own_costs() {
     assert!(error.contains("the flat scene is left out") && !out.contains("flat"), "{error}{out}");
 }
 
+/// Rows of JSON.
+fn rows_of(out: &str) -> Vec<Value> {
+    out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn advice_is_measured_by_the_same_rays() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = ["builtin:village:40", "--size", "40x40", "--rays", "all", "--json"];
+    let (code, out, error) = copies(folder.path(), &[&model[..], &["--advice", "--csv", "rows.csv"]].concat());
+    assert_eq!(code, 0, "{error}");
+    let rows = rows_of(&out);
+    let (_, forms, _) = copies(folder.path(), &[&model[..], &["--open", "1"]].concat());
+    let forms = rows_of(&forms);
+    for population in ["primary", "shadow", "ao", "bounce", "random"] {
+        let of = |change: &str| {
+            let is_change = |row: &&Value| row["population"] == population && row["change"] == change;
+            rows.iter().filter(is_change).collect::<Vec<_>>()
+        };
+        let [as_it_is] = of("none")[..] else { panic!("{population}") };
+        let form = forms.iter().find(|row| row["population"] == population && row["open"] == 1.0).unwrap();
+        for name in ["traced_bytes", "rays", "hits", "entered_per_ray", "nodes_per_ray", "blocks_per_ray"] {
+            assert_eq!(as_it_is[name], form[name], "{name} of {population}");
+        }
+        let (splits, merges) = (of("split"), of("merge"));
+        assert_eq!(merges.len(), as_it_is["measured_pairs"].as_u64().unwrap() as usize);
+        let measured = as_it_is["measured_meshes"].as_u64().unwrap() as usize;
+        assert!(measured > 4 && splits.len() == 3 * measured, "{} and {as_it_is}", splits.len());
+        let visits = |row: &Value| number(row, "nodes_per_ray") + number(row, "blocks_per_ray");
+        for row in splits.iter().chain(&merges) {
+            assert!((number(row, "visits_change") - (visits(row) / visits(as_it_is) - 1.0)).abs() < 1e-9, "{row}");
+            let bytes = number(row, "traced_bytes") / number(as_it_is, "traced_bytes") - 1.0;
+            assert!((number(row, "bytes_change") - bytes).abs() < 1e-9 && bytes != 0.0, "{row}");
+            assert_eq!(row["rays"], as_it_is["rays"], "{row}");
+        }
+        for row in splits {
+            assert_eq!((&row["differing_hits"], &row["hits"]), (&0.into(), &as_it_is["hits"]), "{row}");
+            assert_ne!(row["nodes_per_ray"], as_it_is["nodes_per_ray"], "another tree: {row}");
+        }
+    }
+    let csv = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+    let head = csv.lines().next().unwrap();
+    for name in rows.iter().flat_map(|row| row.as_object().unwrap().keys()) {
+        assert!(head.split(',').any(|column| column == name), "{name} is in no column of {head}");
+    }
+}
+
+/// A mesh of PBRT of small triangles at `corners`.
+fn object(name: &str, corners: impl Iterator<Item = [f64; 3]>) -> String {
+    let (mut indices, mut points) = (String::new(), String::new());
+    for (at, [x, y, z]) in corners.enumerate() {
+        indices += &format!("{} {} {} ", 3 * at, 3 * at + 1, 3 * at + 2);
+        points += &format!("{x} {y} {z} {} {y} {z} {x} {} {} ", x + 0.2, y + 0.2, z + 0.1);
+    }
+    format!(
+        "ObjectBegin \"{name}\" Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point3 P\" [{points}] ObjectEnd\n"
+    )
+}
+
+/// Writes a scene with objects and copies of them, after transforms as PBRT has them, and measures advice on it.
+fn advice(folder: &Path, objects: &[String], copies_of: &[(String, &str)]) -> (Vec<Value>, String) {
+    let copies_of = copies_of
+        .iter()
+        .map(|(place, name)| format!("AttributeBegin {place} ObjectInstance \"{name}\" AttributeEnd\n"));
+    let text = format!("WorldBegin\n{}{}", objects.concat(), copies_of.collect::<String>());
+    std::fs::write(folder.join("a.pbrt"), text).unwrap();
+    let args = ["a.pbrt", "--advice", "--size", "64x64", "--rays", "random"];
+    let [(code, out, error), (_, table, _)] =
+        [&["--json"][..], &[]].map(|json| copies(folder, &[&args[..], json].concat()));
+    assert_eq!(code, 0, "{error}");
+    (rows_of(&out), table)
+}
+
+#[test]
+fn meshes_that_always_stand_together_are_better_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    // Triangles throughout the same cube, by the golden ratio; those of the second mesh are stored turned, at half their size.
+    let corner = |at: usize| [0.618, 0.755, 0.57].map(|step| 10.0 * (at as f64 * step).fract());
+    let second = |at: usize| {
+        let [x, y, z] = corner(at);
+        [0.5 * y, -0.5 * x, 0.5 * z]
+    };
+    let objects =
+        [object("a", (0..200).map(corner)), object("b", (200..400).map(second)), object("c", (0..30).map(corner))];
+    let mut places = Vec::new();
+    for at in 0..24 {
+        let place = format!("Translate {} {} {} Rotate {} 1 2 3", at % 5 * 12, at / 5 * 12, at % 3 * 5, at * 20);
+        places.push((format!("{place} Rotate 90 0 0 1 Scale 2 2 2"), "b"));
+        places.push((format!("{place} Rotate {} 0 1 0", at * at), "c"));
+        places.push((place, "a"));
+    }
+    let (rows, table) = advice(folder.path(), &objects, &places);
+    let merges: Vec<&Value> = rows.iter().filter(|row| row["change"] == "merge").collect();
+    let [merge] = merges[..] else { panic!("{table}") };
+    let mut pair = [&merge["mesh"], &merge["with_mesh"]].map(|mesh| mesh.as_u64().unwrap());
+    pair.sort_unstable();
+    assert_eq!((pair, &merge["pairs"]), ([0, 1], &1.into()));
+    assert!(
+        number(merge, "visits_change") < -0.1
+            && number(merge, "entered_per_ray") < 0.7 * number(&rows[0], "entered_per_ray"),
+        "{merge}"
+    );
+    assert!(
+        number(merge, "differing_hits") <= 0.001 * number(merge, "rays") && number(merge, "hits") > 1_000.0,
+        "{merge}"
+    );
+    assert!(table.contains("Merging pays for these rays: meshes "), "{table}");
+}
+
+#[test]
+fn a_long_mesh_askew_is_better_in_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    // From corner to corner of its box, which is crossed by those of many others.
+    let objects = [object("a", (0..256).map(|at| [0.125 * f64::from(at); 3]))];
+    let places: Vec<_> = (0..24).map(|at| (format!("Translate {} 0 0", 3 * at), "a")).collect();
+    let (rows, table) = advice(folder.path(), &objects, &places);
+    let saved: Vec<f64> = rows[1..].iter().map(|row| number(row, "visits_change")).collect();
+    let parts: Vec<u64> = rows[1..].iter().map(|row| row["parts"].as_u64().unwrap()).collect();
+    assert_eq!(parts, [2, 4, 8], "{table}");
+    assert!(saved[2] < -0.2 && saved[2] < saved[1] && saved[1] < saved[0], "{saved:?}");
+    assert!(rows.iter().all(|row| row["differing_hits"] == 0 && row["hits"] == rows[0]["hits"]), "{table}");
+    assert!(table.contains("Splitting pays for these rays: mesh 0 in 8 parts"), "{table}");
+    assert!(table.contains("all rays end at the same distance") && !table.contains("Merging"), "{table}");
+}
+
 /// Rows of `compare` of a scene in either form, by their names.
 #[test]
 fn compare_has_the_other_forms_beside_the_builders() {
@@ -266,6 +392,8 @@ fn what_has_no_copies_is_refused_by_name() {
     refused(&["builtin:village", "--container", "sphere"], 1, "not spheres");
     refused(&["builtin:village", "--open", "0.5"], 2, "a number from 1 to 64");
     refused(&["builtin:village", "--plot", "a.png"], 2, "--open");
+    refused(&["builtin:village", "--advice", "--open", "2"], 2, "--open");
+    refused(&["builtin:village", "--advice", "--instances", "flat"], 1, "has no copies of meshes in two levels");
     refused(&["builtin:village", "--json", "--csv", "-"], 2, "both write to standard output");
 }
 

@@ -1,6 +1,7 @@
 //! The view "Copies".
 
 use bvhscope::app::commands::Action;
+use bvhscope::lab::copy_advice::{MeshChange, copy_advice};
 use bvhscope::lab::copy_costs::{CostInPart, copy_costs};
 use bvhscope::lab::copy_forms::{copy_forms, flat_form};
 use bvhscope::lab::population::Population;
@@ -138,6 +139,31 @@ fn forms_are_measured_once_they_are_shown() {
     let before = plots(&harness);
     harness.run_steps(8);
     assert_eq!(plots(&harness), before, "they do not grow");
+    harness.get_by_role_and_label(Role::Button, "Costs").click();
+    settle(&mut harness);
+    check(&mut harness);
+}
+
+#[test]
+fn advice_is_measured_once_it_is_shown() {
+    let mut harness = open();
+    harness.get_by_role_and_label(Role::Button, "Advice").click();
+    settle(&mut harness);
+    let accel = presented(&harness).accel;
+    let rays = harness.state().state.model.derived.rays(&accel.scene).expect("the rays of the view");
+    let mut expected = Vec::new();
+    copy_advice(&accel, &[rays], &CancelToken::new(), &mut |row| expected.push(row)).expect("two levels");
+    expected.retain(|row| row.change != MeshChange::None);
+    let text = copied(&mut harness, "Copy");
+    let found: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split('\t').collect()).collect();
+    assert!(expected.len() > 2, "{text}");
+    assert_eq!(found.len(), expected.len(), "{text}");
+    for (found, expected) in found.iter().zip(&expected) {
+        let both = expected.differences.visits_change.expect("rays visit nodes") * 100.0;
+        let said: f64 = found[4].parse().expect("a number");
+        assert!((said - both).abs() < 0.051, "{found:?}: {both}");
+    }
+    assert!(harness.query_by_label_contains("for these rays").is_some());
     harness.get_by_role_and_label(Role::Button, "Costs").click();
     settle(&mut harness);
     check(&mut harness);

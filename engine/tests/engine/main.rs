@@ -35,6 +35,7 @@ mod reference_builders;
 mod refit;
 mod regret;
 mod spatial_splits;
+mod subtrees;
 mod survival;
 mod tie_breaking;
 #[cfg(feature = "tree-file")]

@@ -146,3 +146,103 @@ fn hits(rows: &[&CostOfChange]) -> Option<String> {
     let sentences: Vec<String> = of_parts.into_iter().chain(of_pairs).collect();
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::copy_advice::{Differences, Extent};
+    use crate::lab::copy_forms::FormCost;
+    use crate::lab::population::Population;
+
+    /// A change with so many nodes and blocks a ray for 40, and another number of bytes.
+    fn row(change: MeshChange, visits: f64, bytes_change: f64) -> CostOfChange {
+        let cost = FormCost {
+            rays: 20_000,
+            hits: 4,
+            differing_hits: 0,
+            entered_per_ray: Some(2.0),
+            nodes_per_ray: 0.75 * visits,
+            blocks_per_ray: 0.25 * visits,
+            lines_64_per_ray: 1.0,
+        };
+        let share = Some(visits / 40.0 - 1.0);
+        let differences = Differences {
+            nodes_change: share,
+            blocks_change: share,
+            visits_change: share,
+            bytes_change: Some(bytes_change),
+        };
+        let extent = Extent { entered_meshes: 9, measured_meshes: 8, pairs: 1, measured_pairs: 1 };
+        CostOfChange { population: Population::Primary, change, traced_bytes: 2_500_000, cost, differences, extent }
+    }
+
+    fn split(mesh: u32, parts: usize, visits: f64) -> CostOfChange {
+        row(MeshChange::Split { mesh, parts }, visits, 0.012)
+    }
+
+    fn merge(mesh: u32, with_mesh: u32, visits: f64) -> CostOfChange {
+        row(MeshChange::Merge { mesh, with_mesh }, visits, -0.3)
+    }
+
+    fn table(rows: &[CostOfChange]) -> ReportTable {
+        advice_costs("village", &rows.iter().collect::<Vec<_>>())
+    }
+
+    fn notes(rows: &[CostOfChange]) -> String {
+        let as_it_is = row(MeshChange::None, 40.0, 0.0);
+        table(&[&[as_it_is], rows].concat()).notes.join("\n")
+    }
+
+    #[test]
+    fn rows_have_the_differences_with_their_signs() {
+        let rows = [row(MeshChange::None, 40.0, 0.0), split(3, 4, 36.0), split(3, 8, 40.0001), merge(2, 5, 42.0)];
+        let expected = [
+            ["mesh 3 in 4 parts", "2.000", "-10.0", "-10.0", "-10.0", "+1.2"],
+            ["mesh 3 in 8 parts", "2.000", "0.0", "0.0", "0.0", "+1.2"],
+            ["meshes 2 and 5 as one", "2.000", "+5.0", "+5.0", "+5.0", "-30.0"],
+        ];
+        assert_eq!(table(&rows).rows, expected);
+        let notes = table(&rows).notes.join("\n");
+        assert!(notes.contains("as it is: 30.00 nodes and 10.00 blocks a ray, 2.5 MB."), "{notes}");
+        let measured = "8 of 9 meshes that rays are carried into; 1 pair of these whose copies stand together.";
+        assert!(notes.contains(measured), "{notes}");
+    }
+
+    #[test]
+    fn the_number_of_parts_that_saves_most_is_named() {
+        let check = |rows: &[CostOfChange], expected: &str| {
+            let notes = notes(rows);
+            assert!(notes.lines().any(|note| note == expected), "{notes}");
+        };
+        let rows = [split(1, 2, 39.0), split(1, 4, 38.0), split(1, 8, 38.0), split(0, 2, 41.0), split(7, 2, 30.0)];
+        check(
+            &rows,
+            "Splitting pays for these rays: mesh 7 in 2 parts (25.0 % fewer, bytes +1.2 %); mesh 1 in 4 parts (5.0 % fewer, bytes \
+             +1.2 %). It does not pay for mesh 0.",
+        );
+        check(&rows[..2], "Splitting pays for these rays: mesh 1 in 4 parts (5.0 % fewer, bytes +1.2 %).");
+        // Less than a thousandth is nothing.
+        check(&[split(0, 2, 41.0), split(4, 2, 39.99)], "Splitting does not pay for these rays: mesh 0, mesh 4.");
+        check(
+            &[merge(0, 1, 36.0), merge(0, 2, 44.0)],
+            "Merging pays for these rays: meshes 0 and 1 as one (10.0 % fewer, bytes -30.0 %). It does not pay for meshes 0 and 2.",
+        );
+        let nothing = notes(&[]);
+        assert!(!nothing.contains("pay") && !nothing.contains("distance"), "{nothing}");
+    }
+
+    #[test]
+    fn the_part_of_rays_that_end_elsewhere_is_said() {
+        let mut other = merge(0, 1, 36.0);
+        other.cost.differing_hits = 1;
+        let (split, merge) = (split(0, 2, 36.0), merge(0, 2, 36.0));
+        let notes = notes(&[split, merge, other]);
+        assert!(notes.contains("With a mesh in parts all rays end at the same distance."), "{notes}");
+        // 19,999 of 20,000 are 99.995 %.
+        assert!(notes.contains("at least 99.99 % do to within 0.01 %"), "{notes}");
+        let mut wrong = split;
+        wrong.cost.differing_hits = 3;
+        let notes = table(&[row(MeshChange::None, 40.0, 0.0), split, wrong]).notes.join("\n");
+        assert!(notes.contains("With a mesh in parts 3 rays end at another distance."), "{notes}");
+    }
+}
