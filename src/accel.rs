@@ -371,6 +371,11 @@ impl Accel {
         root.or_else(|| self.path_to(copy).last().copied())
     }
 
+    /// The number that the author of the tree's file gave to a copy; `None` where the file has none.
+    pub fn copy_id(&self, copy: u32) -> Option<u32> {
+        self.file.as_ref()?.ids.as_ref()?.get(copy as usize).copied()
+    }
+
     /// Both levels of a scene of copies; `None` for a flat scene.
     pub fn levels(&self) -> Option<&TwoLevels> {
         self.levels.as_ref()

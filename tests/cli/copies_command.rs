@@ -210,7 +210,6 @@ fn advice_is_measured_by_the_same_rays() {
         }
         for row in splits {
             assert_eq!((&row["differing_hits"], &row["hits"]), (&0.into(), &as_it_is["hits"]), "{row}");
-            assert_ne!(row["nodes_per_ray"], as_it_is["nodes_per_ray"], "another tree: {row}");
         }
     }
     let csv = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
@@ -261,9 +260,9 @@ fn meshes_that_always_stand_together_are_better_as_one() {
     let mut places = Vec::new();
     for at in 0..24 {
         let place = format!("Translate {} {} {} Rotate {} 1 2 3", at % 5 * 12, at / 5 * 12, at % 3 * 5, at * 20);
+        places.push((place.clone(), "a"));
         places.push((format!("{place} Rotate 90 0 0 1 Scale 2 2 2"), "b"));
         places.push((format!("{place} Rotate {} 0 1 0", at * at), "c"));
-        places.push((place, "a"));
     }
     let (rows, table) = advice(folder.path(), &objects, &places);
     let merges: Vec<&Value> = rows.iter().filter(|row| row["change"] == "merge").collect();

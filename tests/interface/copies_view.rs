@@ -163,7 +163,7 @@ fn advice_is_measured_once_it_is_shown() {
         let said: f64 = found[4].parse().expect("a number");
         assert!((said - both).abs() < 0.051, "{found:?}: {both}");
     }
-    assert!(harness.query_by_label_contains("for these rays").is_some());
+    assert!(harness.query_all_by_label_contains("for these rays").next().is_some());
     harness.get_by_role_and_label(Role::Button, "Costs").click();
     settle(&mut harness);
     check(&mut harness);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::harness::{Window, app, camera, presented, press, settle};
+use crate::harness::{Window, app, app_of_copies, camera, presented, press, settle};
 use bvhscope::accel::Accel;
 use bvhscope::app::commands::{Action, CompareStep};
 use bvhscope::app::state::paper::{Experiment, PaperPlan};
@@ -17,7 +17,7 @@ use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::settings::{BuildSettings, BuilderKind};
 use bvhscope_engine::tree::ContainerKind;
-use bvhscope_engine::tree_file::{Header, write_tree};
+use bvhscope_engine::tree_file::{Header, TwoLevelTrees, write_tree, write_two_levels};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
@@ -74,6 +74,36 @@ fn saved(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = names.filter(|name| name.ends_with(".bvh")).collect();
     names.sort();
     names
+}
+
+#[test]
+fn copies_have_the_ids_of_their_file() {
+    let mut harness = app_of_copies();
+    let accel = presented(&harness).accel;
+    let ids: Vec<u32> = (0..accel.scene.triangles.len() as u32).map(|copy| 70_000 + 3 * copy).collect();
+    let trees = accel.file_trees(false, &CancelToken::new()).unwrap();
+    let levels = TwoLevelTrees { ids: Some(&ids), ..trees.levels().expect("two levels") };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.bvh");
+    let mut bytes = Vec::new();
+    write_two_levels(&levels, &trees.header(), false, &mut bytes, &CancelToken::new()).unwrap();
+    std::fs::write(&path, bytes).unwrap();
+    let is_shown = |harness: &Window| harness.query_all_by_label_contains("(id 7").next().is_some();
+    press(&mut harness, Modifiers::NONE, Key::O);
+    settle(&mut harness);
+    assert!(!is_shown(&harness), "the program's own tree has none");
+    state(&mut harness).activity.requests.push(Request::OpenTree(TreeSide::A, path));
+    settle(&mut harness);
+    press(&mut harness, Modifiers::ALT | Modifiers::SHIFT, Key::Period);
+    settle(&mut harness);
+    let copy = harness.state().state.selection.picked.as_ref().expect("the dearest copy").primitive;
+    let id = 70_000 + 3 * copy;
+    assert!(is_shown(&harness));
+    assert!(
+        harness.query_all_by_label_contains(&format!("copy {copy} (id {id}) of mesh")).next().is_some(),
+        "in the list"
+    );
+    assert!(harness.query_all_by_label_contains("Id of the copy").next().is_some(), "in the panel");
 }
 
 #[test]

@@ -66,6 +66,12 @@ impl Presented {
         Self { accel, table, frame, frame_id, tests_per_ray, threads, counted, before: None }
     }
 
+    /// A copy by its index, and by the number that the file of the tree gives to it, if any: "copy 12", "copy 12 (id 700)".
+    pub fn copy_name(&self, copy: u32) -> String {
+        let id = self.accel.copy_id(copy).map_or_else(String::new, |id| format!(" (id {id})"));
+        format!("copy {}{id}", format::count(u64::from(copy)))
+    }
+
     /// A node below an unfolded copy by its place in the mesh: "copy 12 / node 71"; `None` for all others.
     pub fn place_in_mesh(&self, node: u32) -> Option<String> {
         let (copy, node) = self.accel.node_of_mesh(node)?;

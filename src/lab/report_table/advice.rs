@@ -8,8 +8,8 @@ use crate::lab::copy_advice::{CostOfChange, MeshChange};
 use crate::lab::cost_row::{CostRow, by_population};
 use crate::text::counted;
 
-/// Part of the nodes and blocks that a change must save to be named.
-const LEAST_SAVED: f64 = 0.001;
+/// Part of the nodes and blocks that a change must save to be named: any other tree over the copies has a few more or fewer.
+const LEAST_SAVED: f64 = 0.01;
 
 /// The tables of the rows of one model, one for the rays of each population.
 pub fn advice_tables(rows: &[CostRow<CostOfChange>]) -> Vec<ReportTable> {
@@ -118,7 +118,10 @@ fn measured(row: &CostOfChange) -> String {
         if measured < all { format!("{measured} of {all_of_them}") } else { all_of_them }
     };
     let meshes = of(extent.measured_meshes, extent.entered_meshes, "meshes that rays are carried into");
-    let pairs = of(extent.measured_pairs, extent.pairs, "pairs of these whose copies stand together");
+    let pairs = match extent.pairs {
+        0 => "no two of these stand together in all copies".to_owned(),
+        pairs => of(extent.measured_pairs, pairs, "pairs of these whose copies stand together"),
+    };
     format!("Measured, those with most tests first: {meshes}; {pairs}.")
 }
 
@@ -139,9 +142,12 @@ fn hits(rows: &[&CostOfChange]) -> Option<String> {
     });
     let of_pairs = of(true).map(|most| {
         let share = 1.0 - most.cost.differing_hits as f64 / most.cost.rays.max(1) as f64;
-        // Rounded down, so that 100 % are all.
-        let share = (share * 1e4).floor() / 1e2;
-        format!("With two as one, whose corners are rounded elsewhere, at least {share} % do to within 0.01 %.")
+        let rays = match most.cost.differing_hits {
+            0 => "all".to_owned(),
+            // Rounded down, so that these are not all.
+            _ => format!("at least {} %", (share * 1e4).floor() / 1e2),
+        };
+        format!("With two as one, whose corners are rounded elsewhere, {rays} do to within 0.01 %.")
     });
     let sentences: Vec<String> = of_parts.into_iter().chain(of_pairs).collect();
     (!sentences.is_empty()).then(|| sentences.join(" "))
@@ -221,8 +227,8 @@ mod tests {
              +1.2 %). It does not pay for mesh 0.",
         );
         check(&rows[..2], "Splitting pays for these rays: mesh 1 in 4 parts (5.0 % fewer, bytes +1.2 %).");
-        // Less than a thousandth is nothing.
-        check(&[split(0, 2, 41.0), split(4, 2, 39.99)], "Splitting does not pay for these rays: mesh 0, mesh 4.");
+        // Less than a hundredth is nothing.
+        check(&[split(0, 2, 41.0), split(4, 2, 39.7)], "Splitting does not pay for these rays: mesh 0, mesh 4.");
         check(
             &[merge(0, 1, 36.0), merge(0, 2, 44.0)],
             "Merging pays for these rays: meshes 0 and 1 as one (10.0 % fewer, bytes -30.0 %). It does not pay for meshes 0 and 2.",
@@ -236,6 +242,8 @@ mod tests {
         let mut other = merge(0, 1, 36.0);
         other.cost.differing_hits = 1;
         let (split, merge) = (split(0, 2, 36.0), merge(0, 2, 36.0));
+        let of_all = notes(&[split, merge]);
+        assert!(of_all.contains("rounded elsewhere, all do to within 0.01 %."), "{of_all}");
         let notes = notes(&[split, merge, other]);
         assert!(notes.contains("With a mesh in parts all rays end at the same distance."), "{notes}");
         // 19,999 of 20,000 are 99.995 %.

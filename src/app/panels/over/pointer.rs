@@ -4,7 +4,7 @@
 use egui::{self, Button, CornerRadius, FontId, Id, Popup, PopupAnchor, Pos2, Rect, Ui, pos2, vec2};
 
 use crate::app::commands::{Action, entries};
-use crate::app::state::{AppState, CompareView, Navigation};
+use crate::app::state::{AppState, CompareView, Navigation, Presented};
 use crate::app::widgets::Tip as _;
 use crate::app::{format, theme};
 use crate::render::{Frame, Shading};
@@ -48,14 +48,13 @@ pub(crate) fn facts(ui: &Ui, rect: Rect, state: &AppState) {
     }
     match hover.primitive {
         Some(primitive) => {
-            let scene = state.model.presented.as_ref().map(|shown| &shown.accel.scene);
-            facts.push(match scene.and_then(|scene| scene.copy_of(primitive)) {
-                None => format!("triangle {}", format::count(u64::from(primitive))),
-                Some((copy, None)) => format!("copy {}", format::count(u64::from(copy))),
-                Some((copy, Some(triangle))) => {
-                    format!("copy {} / triangle {}", format::count(u64::from(copy)), format::count(u64::from(triangle)))
-                }
-            });
+            let copy = |shown: &Presented| {
+                let (copy, triangle) = shown.accel.scene.copy_of(primitive)?;
+                let triangle = triangle.map(|triangle| format!(" / triangle {}", format::count(u64::from(triangle))));
+                Some(shown.copy_name(copy) + &triangle.unwrap_or_default())
+            };
+            let copy = state.model.presented.as_ref().and_then(copy);
+            facts.push(copy.unwrap_or_else(|| format!("triangle {}", format::count(u64::from(primitive)))));
             facts.push(format!("distance {}", format::significant(f64::from(hover.distance))));
         }
         None => facts.push("background".to_owned()),

@@ -113,6 +113,9 @@ fn picked_rows(ui: &mut Ui, state: &mut AppState, shown: &Presented, primitive: 
         row("Triangle", triangle, "Its index in the mesh, from 0");
     }
     row("Copy", copy, "Its index among the copies, from 0");
+    if let Some(id) = shown.accel.copy_id(copy) {
+        row("Id of the copy", id, "The number that the file of the tree gives to it");
+    }
     row("Mesh", copies.copies().mesh(copy), "Index of the mesh that it is a copy of, from 0");
 }
 

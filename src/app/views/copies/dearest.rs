@@ -3,14 +3,13 @@
 use egui::{self, RichText, Ui};
 
 use crate::app::state::action::Action;
-use crate::app::state::{AppState, Request};
+use crate::app::state::{AppState, Presented, Request};
 use crate::app::theme;
 use crate::app::viewport::picking;
 use crate::app::views::parts::{self, Cell};
 use crate::app::widgets::Tip as _;
 use crate::lab::copy_costs::CostInPart;
 use crate::lab::report_table::number;
-use crate::text::count;
 
 /// A copy in the list.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +31,13 @@ const COLUMNS: [(&str, f32, &str); 4] = [
 ];
 
 /// Shows the list. A row lights up the node of its copy, selects the copy by a click and looks at it by a double click.
-pub(super) fn show(ui: &mut Ui, state: &mut AppState, dearest: &[DearCopy], revealed: &mut Option<u32>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    state: &mut AppState,
+    shown: &Presented,
+    dearest: &[DearCopy],
+    revealed: &mut Option<u32>,
+) {
     heading(ui);
     if dearest.is_empty() {
         ui.weak("No ray is carried into a copy");
@@ -46,12 +51,12 @@ pub(super) fn show(ui: &mut Ui, state: &mut AppState, dearest: &[DearCopy], reve
     let area = parts::list(ui, "dearest copies", scrolled_to);
     area.show_rows(ui, parts::ROW_HEIGHT, dearest.len(), |ui, range| {
         for dear in dearest.get(range).unwrap_or_default() {
-            row(ui, state, dear, picked == Some(dear.copy));
+            row(ui, state, shown, dear, picked == Some(dear.copy));
         }
     });
 }
 
-fn row(ui: &mut Ui, state: &mut AppState, dear: &DearCopy, is_picked: bool) {
+fn row(ui: &mut Ui, state: &mut AppState, shown: &Presented, dear: &DearCopy, is_picked: bool) {
     let percent = |part: Option<f64>| part.map_or_else(|| "–".to_owned(), |part| format!("{:.1} %", part * 100.0));
     let cost = &dear.row.cost;
     let texts = [
@@ -63,7 +68,7 @@ fn row(ui: &mut Ui, state: &mut AppState, dear: &DearCopy, is_picked: bool) {
     let cells: Vec<_> =
         texts.iter().zip(COLUMNS).map(|(text, (_, width, _))| Cell { text: text.as_str(), width }).collect();
     let mesh = dear.row.part.mesh.map_or_else(String::new, |mesh| format!(" of mesh {mesh}"));
-    let name = format!("copy {}{mesh}", count(u64::from(dear.copy)));
+    let name = shown.copy_name(dear.copy) + &mesh;
     let is_pointed = dear.node.is_some() && state.selection.nodes.hovered == dear.node;
     let response = parts::text_row(ui, (&name, 4.0), &cells, is_picked, is_pointed);
     if let Some(node) = dear.node.filter(|_| response.hovered()) {

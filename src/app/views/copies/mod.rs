@@ -310,7 +310,7 @@ impl CopiesView {
             area.show(ui, |ui| report(ui, state, &part_table(shown, known)));
         });
         ui.scope_builder(UiBuilder::new().max_rect(right), |ui| {
-            dearest::show(ui, state, &known.dearest, &mut self.revealed);
+            dearest::show(ui, state, shown, &known.dearest, &mut self.revealed);
         });
         ui.advance_cursor_after_rect(left.union(right));
     }
