@@ -251,3 +251,25 @@ impl Differences {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_end_at_the_same_distance_up_to_the_slack() {
+        let at = |distance: f32| Some((0, distance));
+        let cases = [
+            (at(10.0), at(10.0), [true, true]),
+            (at(10.0), at(10.000_5), [false, true]),
+            (at(10.000_5), at(10.0), [false, true]),
+            (at(10.0), at(10.002), [false, false]),
+            (at(0.0), None, [false, false]),
+            (None, at(0.0), [false, false]),
+            (None, None, [true, true]),
+        ];
+        for (a, b, expected) in cases {
+            assert_eq!([0.0, SAME_DISTANCE].map(|slack| is_same_distance(&a, &b, slack)), expected, "{a:?}, {b:?}");
+        }
+    }
+}

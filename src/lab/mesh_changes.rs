@@ -143,3 +143,47 @@ fn part(tree: &Tree<Aabb>, triangles: &[Triangle], token: &CancelToken) -> Resul
     let tree = Tree { nodes: tree.nodes.clone(), primitive_indices: renumbered, max_depth: tree.max_depth };
     Ok(Arc::new(Bvh::of_tree(tree.into(), &own, token)?))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use bvhscope_engine::glam::Vec3;
+
+    /// Triangles whose distances grow, so that the tree is lopsided.
+    fn tree() -> Tree<Aabb> {
+        let corner = |at: u32| Vec3::new((at * at) as f32, (7 * at % 11) as f32, (5 * at % 3) as f32);
+        let triangle = |at| Triangle { a: corner(at), b: corner(at) + Vec3::X, c: corner(at) + Vec3::Y };
+        let triangles: Vec<Triangle> = (0..60).map(triangle).collect();
+        let built = build(&triangles, &BuildSettings::default(), &CancelToken::new()).unwrap();
+        match built.tree() {
+            AnyTree::Aabb(tree) => tree.clone(),
+            _ => unreachable!("boxes are the default"),
+        }
+    }
+
+    #[test]
+    fn parts_are_what_the_nodes_with_the_largest_boxes_leave() {
+        let tree = tree();
+        let parents = tree.parents(&CancelToken::new()).unwrap();
+        for count in [1, 2, 3, 8, 30, 60] {
+            let parts = largest_subtrees(&tree, count);
+            assert_eq!(parts.len(), count);
+            // Those above the parts were opened.
+            let mut is_opened = vec![false; tree.nodes.len()];
+            for &part in &parts {
+                let mut node = part;
+                while node != 0 {
+                    node = parents[node as usize];
+                    is_opened[node as usize] = true;
+                }
+            }
+            let opened = (0..tree.nodes.len() as u32).filter(|&node| is_opened[node as usize]);
+            assert_eq!(opened.clone().count(), count - 1, "each of two children, so that the parts are the whole tree");
+            let smallest = opened.map(|node| tree.area(node)).fold(f32::INFINITY, f32::min);
+            let interior = parts.iter().filter(|&&part| !tree.nodes[part as usize].is_leaf());
+            assert!(interior.clone().all(|&part| tree.area(part) <= smallest), "{count}");
+        }
+        assert_eq!(largest_subtrees(&tree, 100).len(), 60, "there are no more than leaves");
+    }
+}

@@ -218,12 +218,12 @@ mod tests {
         assert_eq!(found.iter().map(|pair| pair.meshes).collect::<Vec<_>>(), [[0, 1]]);
         assert!(found[0].relative.abs_diff_eq(relative(0.5), 1e-4), "{}", found[0].relative);
         // Of three each two do.
-        let third: Vec<DMat4> = first.iter().map(|place| *place * relative(-0.5)).collect();
+        let third: Vec<DMat4> = first.iter().map(|place| *place * relative(0.2)).collect();
         let found = pairs(&[&first, &second, &third]);
         assert_eq!(found.iter().map(|pair| pair.meshes).collect::<Vec<_>>(), [[0, 1], [0, 2], [1, 2]]);
         let corner = DVec3::new(0.3, 0.4, 0.5);
         let moved = found[2].relative.transform_point3(corner);
-        let expected = (relative(0.5).inverse() * relative(-0.5)).transform_point3(corner);
+        let expected = (relative(0.5).inverse() * relative(0.2)).transform_point3(corner);
         assert!(moved.distance(expected) < 1e-3, "{moved} and {expected}");
     }
 
@@ -244,6 +244,7 @@ mod tests {
         wider.y_axis *= 1.01;
         assert_eq!(with(5, wider), 0, "at the same point, with another height");
         assert_eq!(pairs(&[&first, &second[1..]]).len(), 0);
+        assert_eq!(pairs(&[&first[1..], &second]).len(), 0);
         let apart: Vec<DMat4> = first.iter().map(|place| *place * relative(5.0)).collect();
         assert_eq!(pairs(&[&first, &apart]).len(), 0, "their boxes do not touch");
         // Two copies at one place need two partners there.

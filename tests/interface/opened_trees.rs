@@ -96,7 +96,10 @@ fn copies_have_the_ids_of_their_file() {
     settle(&mut harness);
     press(&mut harness, Modifiers::ALT | Modifiers::SHIFT, Key::Period);
     settle(&mut harness);
-    let copy = harness.state().state.selection.picked.as_ref().expect("the dearest copy").primitive;
+    press(&mut harness, Modifiers::ALT | Modifiers::SHIFT, Key::Period);
+    settle(&mut harness);
+    let copy = harness.state().state.selection.picked.as_ref().expect("a dear copy").primitive;
+    assert_ne!(copy, 0, "its id is that of another");
     let id = 70_000 + 3 * copy;
     assert!(is_shown(&harness));
     assert!(

@@ -201,10 +201,17 @@ mod tests {
 
     #[test]
     fn rows_have_the_differences_with_their_signs() {
-        let rows = [row(MeshChange::None, 40.0, 0.0), split(3, 4, 36.0), split(3, 8, 40.0001), merge(2, 5, 42.0)];
+        let rows = [
+            row(MeshChange::None, 40.0, 0.0),
+            split(3, 4, 36.0),
+            split(3, 8, 40.0001),
+            split(4, 2, 39.9999),
+            merge(2, 5, 42.0),
+        ];
         let expected = [
             ["mesh 3 in 4 parts", "2.000", "-10.0", "-10.0", "-10.0", "+1.2"],
             ["mesh 3 in 8 parts", "2.000", "0.0", "0.0", "0.0", "+1.2"],
+            ["mesh 4 in 2 parts", "2.000", "0.0", "0.0", "0.0", "+1.2"],
             ["meshes 2 and 5 as one", "2.000", "+5.0", "+5.0", "+5.0", "-30.0"],
         ];
         assert_eq!(table(&rows).rows, expected);
