@@ -31,7 +31,7 @@ pub enum MeasuredCopies {
     Costs,
     /// The forms of the scene, with the tree over the copies opened so far.
     Forms(Vec<f32>),
-    /// What other meshes would save.
+    /// Costs with other meshes.
     Advice,
 }
 
@@ -99,7 +99,7 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     Ok(finished)
 }
 
-/// What the measurements share.
+/// Scene, rays and settings of all measurements.
 struct Measuring<'a> {
     command: &'a CopiesCommand,
     accel: &'a Arc<Accel>,

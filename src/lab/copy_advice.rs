@@ -40,10 +40,10 @@ pub struct CostOfChange {
     /// Their cost.
     #[serde(flatten)]
     pub cost: FormCost,
-    /// What the change saves.
+    /// Differences that the change makes.
     #[serde(flatten)]
     pub differences: Differences,
-    /// What was measured.
+    /// Number of changes that were measured.
     #[serde(flatten)]
     pub extent: Extent,
 }

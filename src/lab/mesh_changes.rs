@@ -131,7 +131,7 @@ fn largest_subtrees(tree: &Tree<Aabb>, count: usize) -> Vec<u32> {
     closed
 }
 
-/// What `tree` has of `triangles` as a mesh of its own.
+/// The part of `triangles` that `tree` has, as a mesh of its own.
 fn part(tree: &Tree<Aabb>, triangles: &[Triangle], token: &CancelToken) -> Result<Arc<Bvh>, Cancelled> {
     let mut numbers = tree.primitive_indices.clone();
     numbers.sort_unstable();

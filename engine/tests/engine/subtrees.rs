@@ -1,4 +1,4 @@
-//! What is below a node as a tree of its own, compared with a plain recursion over the tree that it is taken from.
+//! The part of a tree below a node as a tree of its own, compared with a plain recursion over the tree that it is taken from.
 
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::{Aabb, Sphere};

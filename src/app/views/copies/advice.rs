@@ -1,4 +1,4 @@
-//! What other meshes would save the rays of the view: one in parts, or two as one.
+//! Costs of the rays of the view in scenes with other meshes: one in parts, or two as one.
 
 use std::sync::Arc;
 
