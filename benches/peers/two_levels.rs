@@ -13,8 +13,8 @@ use crate::peer::{BuildTimes, Builder, Interface, OWN, Run, timed};
 use crate::rays::{Query, Tally, Workload};
 
 /// Presets of the trees, and times as many parts in the tree above as there are copies.
-const SETTINGS: [(Preset, f32); 4] =
-    [(Preset::Fast, 1.0), (Preset::Fast, 2.0), (Preset::Fast, 4.0), (Preset::Best, 2.0)];
+const SETTINGS: [(Preset, f32); 5] =
+    [(Preset::Swift, 1.0), (Preset::Fast, 1.0), (Preset::Fast, 2.0), (Preset::Fast, 4.0), (Preset::Best, 2.0)];
 /// Rays handed over at a time, as through flat trees.
 const AT_ONCE: usize = 4096;
 

@@ -71,9 +71,10 @@ impl CancelToken {
         }
         self.check()?;
         let fork = self.fork();
-        let (left, right) = rayon::join(|| fork.task(left), || fork.task(right));
+        let (mut left, mut right) = (Half::Waiting(left), Half::Waiting(right));
+        join(&mut || left.run(&fork), &mut || right.run(&fork));
         fork.join();
-        Ok((left?, right?))
+        Ok((left.result()?, right.result()?))
     }
 
     /// Begins a fork.
@@ -87,13 +88,40 @@ impl CancelToken {
     }
 }
 
+/// One of two computations that run at the same time.
+enum Half<F, R> {
+    Waiting(F),
+    Running,
+    Done(R),
+}
+
+impl<F: FnOnce(&CancelToken) -> R, R> Half<F, R> {
+    fn run(&mut self, fork: &Fork<'_>) {
+        if let Self::Waiting(work) = std::mem::replace(self, Self::Running) {
+            *self = Self::Done(fork.task(work));
+        }
+    }
+
+    fn result(self) -> R {
+        let Self::Done(result) = self else { unreachable!("both have ended") };
+        result
+    }
+}
+
+/// Runs both, on two threads where there are. Behind pointers, so that rayon's part is compiled once.
+fn join(left: &mut (dyn FnMut() + Send), right: &mut (dyn FnMut() + Send)) {
+    rayon::join(left, right);
+}
+
 impl Fork<'_> {
     /// Runs one of the tasks, with the token to use in it: what it forks itself is part of this task.
     pub fn task<R>(&self, work: impl FnOnce(&CancelToken) -> R) -> R {
-        let Some(log) = &self.log else { return work(self.token) };
-        let strand = Arc::new(log.strand.child(log.after));
-        let result = work(&self.token.on_strand(&strand));
-        log.add(strand.cut(1));
+        let strand = self.log.as_ref().map(|log| Arc::new(log.strand.child(log.after)));
+        let own = strand.as_ref().map(|strand| self.token.on_strand(strand));
+        let result = work(own.as_ref().unwrap_or(self.token));
+        if let (Some(log), Some(strand)) = (&self.log, strand) {
+            log.add(strand.cut(1));
+        }
         result
     }
 
