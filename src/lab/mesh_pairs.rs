@@ -10,6 +10,8 @@ use crate::scene::SceneCopies;
 /// Part of the largest terms of a coordinate by which two places may differ to be the same: 64 units in the last place, as transforms of files
 /// are products of several.
 const SLACK: f64 = 1.0 / (1 << 18) as f64;
+/// The direction along which copies are listed. Rows and walls of copies stand askew to it, so that few copies are at one place along it.
+const ASKEW: DVec3 = DVec3::new(0.324_869, 0.531_287, 0.782_413);
 /// Copies of the other mesh, the nearest to the first copy, that are tried as its partner.
 const MOST_TRIED: usize = 16;
 
@@ -28,7 +30,7 @@ struct Group {
     bounds: Aabb,
     /// The largest sum of the absolute terms of a coordinate of its copies.
     reach: f64,
-    /// Where its copies stand, by the translation along x.
+    /// Where its copies stand, by their translations along [`ASKEW`].
     copies: Vec<DMat4>,
 }
 
@@ -64,7 +66,7 @@ fn groups(scene: &SceneCopies, meshes: &[u32], token: &CancelToken) -> Result<Ve
         }
     }
     for group in &mut groups {
-        group.copies.sort_by(|a, b| a.w_axis.x.total_cmp(&b.w_axis.x));
+        group.copies.sort_by(|a, b| along(a).total_cmp(&along(b)));
     }
     Ok(groups)
 }
@@ -72,6 +74,11 @@ fn groups(scene: &SceneCopies, meshes: &[u32], token: &CancelToken) -> Result<Ve
 fn matrix(place: &Placement) -> DMat4 {
     let [x, y, z] = place.rows().map(|row| DVec4::from_array(row.map(f64::from)));
     DMat4::from_cols(x, y, z, DVec4::W).transpose()
+}
+
+/// The translation of a place along [`ASKEW`].
+fn along(place: &DMat4) -> f64 {
+    place.w_axis.truncate().dot(ASKEW)
 }
 
 /// A triangle moved by `matrix`, its corners rounded once.
@@ -128,17 +135,25 @@ impl Group {
         // A relative place is off by the rounding of the places that it comes from, wherever those stand.
         let slack = self.reach.max(other.reach) * SLACK;
         let farthest = farthest(&other.bounds);
-        for (at, place) in self.copies.iter().enumerate() {
-            token.check_every(MEDIUM_STEPS, at)?;
+        // Of a difference of at most that on each axis, with room for rounding.
+        let slack_along = 2.0 * slack;
+        let mut compared = 0;
+        for place in &self.copies {
             let expected = *place * *relative;
-            let first = other.copies.partition_point(|found| found.w_axis.x < expected.w_axis.x - slack);
-            let near = other.copies.iter().enumerate().skip(first);
-            let mut near = near.take_while(|(_, found)| found.w_axis.x <= expected.w_axis.x + slack);
-            let is_partner = |(at, found): &(usize, &DMat4)| {
-                !is_taken[*at] && largest_coordinate(&(**found - expected), farthest) <= slack
-            };
-            let Some((partner, _)) = near.find(is_partner) else { return Ok(false) };
-            is_taken[partner] = true;
+            let start = along(&expected);
+            let mut at = other.copies.partition_point(|found| along(found) < start - slack_along);
+            loop {
+                compared += 1;
+                token.check_every(MEDIUM_STEPS, compared)?;
+                let Some(found) = other.copies.get(at).filter(|found| along(found) <= start + slack_along) else {
+                    return Ok(false);
+                };
+                if !is_taken[at] && largest_coordinate(&(*found - expected), farthest) <= slack {
+                    break;
+                }
+                at += 1;
+            }
+            is_taken[at] = true;
         }
         Ok(true)
     }
