@@ -5,7 +5,6 @@ use std::sync::Arc;
 use bvhscope::scene::SceneCopies;
 use bvhscope_engine::cancel::CancelToken;
 use bvhscope_engine::geometry::Triangle;
-use bvhscope_engine::glam::{Affine3A, Vec3, Vec3A};
 use bvhscope_engine::settings::{BuildSettings, Preset};
 use bvhscope_engine::{ContainerKind, InstanceHit, Instances, Placed, build};
 
@@ -25,14 +24,7 @@ fn name((preset, open): (Preset, f32)) -> String {
 /// The copies as the engine takes them.
 pub fn placed(copies: &SceneCopies) -> Vec<Placed> {
     let copies = copies.copies();
-    let placed = |copy: u32| {
-        let rows = copies.place(copy).rows();
-        let [x, y, z, translation] =
-            [0, 1, 2, 3].map(|column| Vec3A::from_array([0, 1, 2].map(|row: usize| rows[row][column])));
-        let mut transform = Affine3A::from_translation(Vec3::from(translation));
-        (transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis) = (x, y, z);
-        Placed { mesh: copies.mesh(copy), transform }
-    };
+    let placed = |copy: u32| Placed { mesh: copies.mesh(copy), transform: copies.place(copy).transform() };
     (0..copies.len() as u32).map(placed).collect()
 }
 

@@ -7,7 +7,6 @@ use bvhscope_engine::cancel::{CancelToken, Cancelled};
 use bvhscope_engine::geometry::{Aabb, Triangle};
 use bvhscope_engine::kernel::parallel::par_collect;
 use bvhscope_engine::tree::Tree;
-use bvhscope_engine::tree_file::Instance;
 use bvhscope_engine::{AnyTree, BuildSettings, Bvh, Instances, MeshCopies, Placed, build, with_tree};
 
 use super::measure::LabError;
@@ -104,8 +103,7 @@ impl<'a> MeshChanges<'a> {
 
     /// A copy of `mesh` in the place of `copy`.
     fn placed(&self, copy: u32, mesh: u32) -> Placed {
-        let matrix = *self.scene.copies().place(copy).rows();
-        Placed { mesh, transform: Instance { mesh, matrix }.transform() }
+        Placed { mesh, transform: self.scene.copies().place(copy).transform() }
     }
 
     fn instances(&self, meshes: Vec<Arc<Bvh>>, placed: &[Placed], token: &CancelToken) -> Result<Instances, LabError> {

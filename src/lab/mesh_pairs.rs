@@ -3,7 +3,7 @@
 use bvhscope_engine::Copies;
 use bvhscope_engine::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
 use bvhscope_engine::geometry::{Aabb, Placement, Triangle};
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, Mat4};
 
 use crate::scene::SceneCopies;
 
@@ -72,8 +72,7 @@ fn groups(scene: &SceneCopies, meshes: &[u32], token: &CancelToken) -> Result<Ve
 }
 
 fn matrix(place: &Placement) -> DMat4 {
-    let [x, y, z] = place.rows().map(|row| DVec4::from_array(row.map(f64::from)));
-    DMat4::from_cols(x, y, z, DVec4::W).transpose()
+    Mat4::from(place.transform()).as_dmat4()
 }
 
 /// The translation of a place along [`ASKEW`].

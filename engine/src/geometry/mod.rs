@@ -43,6 +43,8 @@ pub(crate) use oriented::ORIENTED_PAD;
 pub use oriented::{OrientedBox, OrientedKind};
 pub(crate) use oriented_fit::intervals;
 pub use placement::Placement;
+#[cfg(feature = "tree-file")]
+pub(crate) use placement::transform_of;
 pub(crate) use placement::{CarriedRay, LARGEST_DIRECTION, LEAST_WIDENING};
 pub(crate) use prepared_ray::PARALLEL_PAD;
 pub use prepared_ray::{PreparedRay, Shear};

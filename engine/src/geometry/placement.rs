@@ -143,6 +143,11 @@ impl Placement {
         &self.rows
     }
 
+    /// From the coordinates of the mesh to those of the world.
+    pub fn transform(&self) -> Affine3A {
+        transform_of(&self.rows)
+    }
+
     /// The direction in the world of one in the mesh, stretched as the copy is.
     pub fn direction(&self, direction: Vec3) -> Vec3 {
         let component = |[x, y, z, _]: [f32; 4]| direction.x * x + direction.y * y + direction.z * z;
@@ -266,6 +271,12 @@ impl Placement {
         let carried = CarriedRay { ray: carried, per_distance, widening };
         fits.then(|| CarriedRay { ray: Ray { t_max: carried.distance(ray.t_max), ..carried.ray }, ..carried })
     }
+}
+
+/// The transform whose factors and translation `rows` has, by axis of the world.
+pub(crate) fn transform_of(rows: &[[f32; 4]; 3]) -> Affine3A {
+    let column = |at: usize| Vec3::from_array(rows.map(|row| row[at]));
+    Affine3A::from_cols(column(0).into(), column(1).into(), column(2).into(), column(3).into())
 }
 
 /// The inverse of the factors of the coordinates; the error says why there is none to rely on.

@@ -1,8 +1,8 @@
 //! Instances of meshes, and the scene that has them.
 
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 
-use crate::geometry::{Placement, Triangle};
+use crate::geometry::{Placement, Triangle, transform_of};
 
 /// A copy of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +16,7 @@ pub struct Instance {
 impl Instance {
     /// Its matrix as a transform.
     pub fn transform(&self) -> Affine3A {
-        let column = |at: usize| Vec3::from_array(self.matrix.map(|row| row[at]));
-        Affine3A::from_cols(column(0).into(), column(1).into(), column(2).into(), column(3).into())
+        transform_of(&self.matrix)
     }
 }
 
