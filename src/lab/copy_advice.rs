@@ -93,7 +93,7 @@ pub struct Differences {
     pub bytes_change: Option<f64>,
 }
 
-/// How many changes there are, and how many are measured.
+/// The number of possible changes, and of those that are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Extent {
     /// Meshes that rays are carried into.

@@ -110,7 +110,7 @@ fn verdict<'a>(kind: &str, changes: impl Iterator<Item = (String, &'a CostOfChan
     }
 }
 
-/// How many meshes and pairs there are, and how many were measured.
+/// The number of meshes and pairs, and of those that were measured.
 fn measured(row: &CostOfChange) -> String {
     let extent = &row.extent;
     let of = |measured: usize, all: usize, plural: &str| {
@@ -125,7 +125,7 @@ fn measured(row: &CostOfChange) -> String {
     format!("Measured, those with most tests first: {meshes}; {pairs}.")
 }
 
-/// Whether rays end where they end in the scene as it is; `None` where nothing else was measured.
+/// A sentence on the rays that end where they end in the scene as it is; `None` where nothing else was measured.
 fn hits(rows: &[&CostOfChange]) -> Option<String> {
     let of =
         |is_merge: bool| {
