@@ -2,6 +2,8 @@
 //! or what other meshes would save.
 
 mod advice;
+mod content;
+mod costs;
 mod dearest;
 mod forms;
 mod plot;
@@ -9,48 +11,59 @@ mod report;
 
 use std::sync::Arc;
 
-use egui::{self, Align, Key, Layout, ScrollArea, Ui, UiBuilder};
+use egui::{self, Align, Key, Layout, Ui};
 use serde::{Deserialize, Serialize};
 
 use self::advice::MeasuredAdvice;
+use self::content::Content;
+use self::costs::MeasuredParts;
 use self::dearest::DearCopy;
 use self::forms::MeasuredForms;
-use self::report::{GAP, report};
 use super::parts;
 use crate::accel::Accel;
 use crate::app::format;
-use crate::app::state::action::Action;
 use crate::app::state::{AppState, Derived, Presented, Study, ViewState};
 use crate::app::studies::{Studies, StudyPlan};
 use crate::app::views::{Needs, View};
-use crate::app::widgets::{Tip as _, chip, empty_view};
+use crate::app::widgets::{chip, empty_view};
 use crate::lab::LabError;
-use crate::lab::copy_costs::{CostInPart, copy_costs};
 use crate::lab::population::ViewRays;
-use crate::lab::report_table::{ReportTable, dearest_copies, mesh_costs};
-use crate::text::counted;
-use bvhscope_engine::cancel::Cancelled;
 
-/// Number of copies that are listed.
-const MOST_COPIES: usize = 200;
-/// Part of the width that the table takes.
-const TABLE: f32 = 0.62;
+/// The study of a section: its measurement, or the reason that there is none.
+type Measured<T> = Study<ViewRays, Result<T, String>>;
 
-/// Labels of the studies.
-const COUNTING: &str = "Tracing rays through both levels";
-const BUILDING: &str = "Building the forms of the scene";
-const CHANGING: &str = "Tracing rays through other meshes";
+/// The content of a section in the view.
+trait InView: Content {
+    /// The section.
+    const SECTION: Section;
 
-/// The costs of the rays in all parts of the scene.
-#[derive(Debug)]
-struct MeasuredParts {
-    rows: Vec<CostInPart>,
-    /// The copies among them, the dearest first.
-    dearest: Vec<DearCopy>,
+    /// The study of it.
+    fn study(view: &mut CopiesView) -> &mut Measured<Self>;
 }
 
-/// The costs, or why there are none.
-type Measured<T> = Result<T, String>;
+impl InView for MeasuredParts {
+    const SECTION: Section = Section::Costs;
+
+    fn study(view: &mut CopiesView) -> &mut Measured<Self> {
+        &mut view.parts
+    }
+}
+
+impl InView for MeasuredForms {
+    const SECTION: Section = Section::Forms;
+
+    fn study(view: &mut CopiesView) -> &mut Measured<Self> {
+        &mut view.forms
+    }
+}
+
+impl InView for MeasuredAdvice {
+    const SECTION: Section = Section::Advice;
+
+    fn study(view: &mut CopiesView) -> &mut Measured<Self> {
+        &mut view.advice
+    }
+}
 
 /// A part of the view.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,9 +91,9 @@ impl Section {
 #[derive(Debug, Default)]
 pub struct CopiesView {
     section: Section,
-    parts: Study<ViewRays, Measured<MeasuredParts>>,
-    forms: Study<ViewRays, Measured<MeasuredForms>>,
-    advice: Study<ViewRays, Measured<MeasuredAdvice>>,
+    parts: Measured<MeasuredParts>,
+    forms: Measured<MeasuredForms>,
+    advice: Measured<MeasuredAdvice>,
     /// The copy to which the list was scrolled last, so that it can be scrolled away from the selected one.
     revealed: Option<u32>,
 }
@@ -126,9 +139,9 @@ impl View for CopiesView {
             return empty_view(ui, text);
         }
         match self.section {
-            Section::Costs => self.costs(ui, state, &shown),
-            Section::Forms => self.forms(ui, state, &shown),
-            Section::Advice => self.advice(ui, state, &shown),
+            Section::Costs => self.content::<MeasuredParts>(ui, state, &shown),
+            Section::Forms => self.content::<MeasuredForms>(ui, state, &shown),
+            Section::Advice => self.content::<MeasuredAdvice>(ui, state, &shown),
         }
     }
 
@@ -138,78 +151,25 @@ impl View for CopiesView {
     }
 
     fn add_studies(studies: &mut Studies) -> std::io::Result<()> {
-        let plan = StudyPlan::new(
-            "copies",
-            COUNTING,
-            |state| &mut state.views.get_mut::<Self>().parts,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Costs, &model.derived, accel)),
-        );
-        studies.add(plan, |accel, rays: &ViewRays, token| {
-            let mut rows = Vec::new();
-            let rays = std::slice::from_ref(rays);
-            outcome(copy_costs(accel, rays, MOST_COPIES, token, &mut |row| rows.push(row)), || {
-                let dear = |row: &CostInPart| {
-                    let copy = row.part.copy?;
-                    Some(DearCopy { copy, node: accel.node_of_copy(copy), row: *row })
-                };
-                let dearest = rows.iter().filter_map(dear).collect();
-                MeasuredParts { rows, dearest }
-            })
-        })?;
-        let plan = StudyPlan::new(
-            "forms",
-            BUILDING,
-            |state| &mut state.views.get_mut::<Self>().forms,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Forms, &model.derived, accel)),
-        );
-        studies.add(plan, |accel, rays: &ViewRays, token| {
-            let mut forms = MeasuredForms::default();
-            outcome(forms.measure(accel, rays, token), || forms)
-        })?;
-        let plan = StudyPlan::new(
-            "advice",
-            CHANGING,
-            |state| &mut state.views.get_mut::<Self>().advice,
-            |state, _| state.inputs_of(|view: &Self, model, accel| view.inputs(Section::Advice, &model.derived, accel)),
-        );
-        studies.add(plan, |accel, rays: &ViewRays, token| {
-            let mut advice = MeasuredAdvice::default();
-            outcome(advice.measure(accel, rays, token), || advice)
-        })
+        add_study::<MeasuredParts>(studies)?;
+        add_study::<MeasuredForms>(studies)?;
+        add_study::<MeasuredAdvice>(studies)
     }
 }
 
-/// A measurement, of which a refusal is an outcome, too.
-fn outcome<T>(measured: Result<(), LabError>, value: impl FnOnce() -> T) -> Result<Measured<T>, Cancelled> {
-    match measured {
-        Ok(()) => Ok(Ok(value())),
+/// Adds the study of a section. A refusal is an outcome, too.
+fn add_study<T: InView>(studies: &mut Studies) -> std::io::Result<()> {
+    let plan = StudyPlan::new(
+        T::THREAD,
+        T::LABEL,
+        |state| T::study(state.views.get_mut()),
+        |state, _| state.inputs_of(|view: &CopiesView, model, accel| view.inputs(T::SECTION, &model.derived, accel)),
+    );
+    studies.add(plan, |accel, rays: &ViewRays, token| match T::measure(accel, rays, token) {
+        Ok(measured) => Ok(Ok(measured)),
         Err(LabError::Refused(text)) => Ok(Err(text)),
         Err(LabError::Cancelled(cancelled)) => Err(cancelled),
-    }
-}
-
-/// Shows what was measured by so many `rays` by `show`, or why there is nothing.
-fn answer<T>(
-    ui: &mut Ui,
-    state: &mut AppState,
-    shown: &Presented,
-    known: &Measured<T>,
-    rays: fn(&T) -> u64,
-    show: impl FnOnce(&mut Ui, &mut AppState, &T),
-) {
-    match known {
-        Ok(known) if rays(known) == 0 => {
-            empty_view(ui, parts::no_rays(state, shown).unwrap_or("There are no such rays"));
-        }
-        Ok(known) => show(ui, state, known),
-        Err(reason) => empty_view(ui, &format::capital(reason)),
-    }
-}
-
-impl MeasuredParts {
-    fn rays(&self) -> u64 {
-        self.rows.first().map_or(0, |row| row.rays)
-    }
+    })
 }
 
 impl CopiesView {
@@ -263,72 +223,22 @@ impl CopiesView {
         ui.add_space(4.0);
     }
 
-    /// Shows the costs of all parts, or waits for them.
-    fn costs(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        let inputs = self.inputs(Section::Costs, &state.model.derived, &shown.accel);
-        let known = inputs.as_ref().and_then(|inputs| self.parts.get(&shown.accel, inputs)).cloned();
+    /// Shows what a section measured, or why there is nothing, or waits for it.
+    fn content<T: InView>(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
+        let inputs = self.inputs(T::SECTION, &state.model.derived, &shown.accel);
+        let known = inputs.as_ref().and_then(|inputs| T::study(self).get(&shown.accel, inputs)).cloned();
         let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
-        self.bar(ui, state, shown, |ui, state| outputs(ui, state, shown, of_outputs));
-        let Some(known) = known.as_deref() else {
-            let study = (&mut self.parts, inputs);
-            return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, COUNTING);
-        };
-        answer(ui, state, shown, known, MeasuredParts::rays, |ui, state, known| self.body(ui, state, shown, known));
+        self.bar(ui, state, shown, |ui, state| T::outputs(ui, state, shown, of_outputs));
+        match known.as_deref() {
+            None => {
+                let study = (T::study(self), inputs);
+                parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, T::LABEL);
+            }
+            Some(Ok(known)) if known.rays() == 0 => {
+                empty_view(ui, parts::no_rays(state, shown).unwrap_or("There are no such rays"));
+            }
+            Some(Ok(known)) => known.show(ui, state, shown, &mut self.revealed),
+            Some(Err(reason)) => empty_view(ui, &format::capital(reason)),
+        }
     }
-
-    /// Shows the forms of the scene, or waits for them.
-    fn forms(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        let inputs = self.inputs(Section::Forms, &state.model.derived, &shown.accel);
-        let known = inputs.as_ref().and_then(|inputs| self.forms.get(&shown.accel, inputs)).cloned();
-        let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
-        self.bar(ui, state, shown, |ui, state| forms::outputs(ui, state, shown, of_outputs));
-        let Some(known) = known.as_deref() else {
-            let study = (&mut self.forms, inputs);
-            return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, BUILDING);
-        };
-        answer(ui, state, shown, known, MeasuredForms::rays, |ui, state, known| forms::show(ui, state, shown, known));
-    }
-
-    /// Shows what other meshes would save, or waits for it.
-    fn advice(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented) {
-        let inputs = self.inputs(Section::Advice, &state.model.derived, &shown.accel);
-        let known = inputs.as_ref().and_then(|inputs| self.advice.get(&shown.accel, inputs)).cloned();
-        let of_outputs = known.as_deref().and_then(|known| known.as_ref().ok());
-        self.bar(ui, state, shown, |ui, state| advice::outputs(ui, state, shown, of_outputs));
-        let Some(known) = known.as_deref() else {
-            let study = (&mut self.advice, inputs);
-            return parts::wait_for(ui, &mut state.model.derived, &shown.accel, study, CHANGING);
-        };
-        answer(ui, state, shown, known, MeasuredAdvice::rays, |ui, state, known| advice::show(ui, state, shown, known));
-    }
-
-    /// The table of the meshes on the left, and the list of copies beside it.
-    fn body(&mut self, ui: &mut Ui, state: &mut AppState, shown: &Presented, known: &MeasuredParts) {
-        let [left, right] = parts::beside(ui, TABLE, GAP);
-        ui.scope_builder(UiBuilder::new().max_rect(left), |ui| {
-            let area = ScrollArea::both().id_salt("copies").auto_shrink(false);
-            area.show(ui, |ui| report(ui, state, &part_table(shown, known)));
-        });
-        ui.scope_builder(UiBuilder::new().max_rect(right), |ui| {
-            dearest::show(ui, state, shown, &known.dearest, &mut self.revealed);
-        });
-        ui.advance_cursor_after_rect(left.union(right));
-    }
-}
-
-fn part_table(shown: &Presented, known: &MeasuredParts) -> ReportTable {
-    mesh_costs(&shown.accel.scene.source.label(), &known.rows.iter().collect::<Vec<_>>())
-}
-
-/// The buttons that copy both tables and walk through the copies.
-fn outputs(ui: &mut Ui, state: &mut AppState, shown: &Presented, known: Option<&MeasuredParts>) {
-    let known = known.filter(|known| !known.rows.is_empty());
-    let copy = ui.add_enabled(known.is_some(), egui::Button::new("Copy"));
-    if let Some(known) = known.filter(|_| copy.tip("Copy both tables as tab-separated text").clicked()) {
-        let dearest = dearest_copies(&known.rows.iter().collect::<Vec<_>>());
-        let text = format!("{}\n{}", part_table(shown, known).tab_separated(), dearest.tab_separated());
-        state.copy(text, &format!("{} copied", counted(known.rows.len() as u64, "rows")));
-    }
-    let has_copies = known.is_some_and(|known| !known.dearest.is_empty());
-    parts::steps(ui, state, has_copies, "copy", Action::StepCopies, ["Alt+Shift+.", "Alt+Shift+,"]);
 }

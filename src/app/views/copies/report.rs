@@ -3,9 +3,11 @@
 use egui::{self, Ui};
 
 use crate::app::state::AppState;
+use crate::app::widgets::Tip as _;
 use crate::app::widgets::table::{self, Column, Table, TableRow};
 use crate::catalog::numbers::Direction;
 use crate::lab::report_table::ReportTable;
+use crate::text::counted;
 
 /// Gap between a table and what is beside it in points.
 pub(super) const GAP: f32 = 16.0;
@@ -31,5 +33,14 @@ pub(super) fn report(ui: &mut Ui, state: &mut AppState, report: &ReportTable) {
     for note in &report.notes {
         let label = egui::Label::new(egui::RichText::new(note).weak()).wrap();
         ui.allocate_ui(egui::vec2(width, 0.0), |ui| ui.add(label));
+    }
+}
+
+/// The button that copies a `table`, if there is one.
+pub(super) fn copy_button(ui: &mut Ui, state: &mut AppState, table: Option<impl FnOnce() -> ReportTable>) {
+    let copy = ui.add_enabled(table.is_some(), egui::Button::new("Copy"));
+    if let Some(table) = table.filter(|_| copy.tip("Copy the table as tab-separated text").clicked()) {
+        let table = table();
+        state.copy(table.tab_separated(), &format!("{} copied", counted(table.rows.len() as u64, "rows")));
     }
 }
