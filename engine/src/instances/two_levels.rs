@@ -17,7 +17,8 @@ use crate::tree::Container;
 use crate::tree::traverse::Probe;
 use crate::wide::AnyWideTree;
 use crate::wide::trace::{
-    copies as walk, each_hit_of_copy, each_hit_of_copy_with, packet, packet_copies, stream_copies, world_ray,
+    copies as walk, each_hit_of_copy, each_hit_of_copy_with, nearest_of_copies, packet, packet_copies, stream_copies,
+    world_ray,
 };
 use crate::with_tree;
 
@@ -122,6 +123,9 @@ impl Instances {
 
     /// The nearest hit of `ray`; of equal distances that of the lower copy, then that of the lower triangle.
     pub fn closest_hit(&self, ray: &Ray) -> Option<InstanceHit> {
+        if let Some(nearest) = self.nearest::<false>(ray) {
+            return nearest.hit().map(|(instance, hit)| InstanceHit::new(instance, hit));
+        }
         let mut nearest: Option<InstanceHit> = None;
         self.each_hit(ray, |hit| {
             nearest = Some(hit.nearer(nearest));
@@ -213,6 +217,9 @@ impl Instances {
 
     /// Tells if anything lies on `ray` between its `t_min` and `t_max`.
     pub fn any_hit(&self, ray: &Ray) -> bool {
+        if let Some(nearest) = self.nearest::<true>(ray) {
+            return nearest.found();
+        }
         let mut is_hit = false;
         self.each_hit(ray, |_| {
             is_hit = true;
@@ -246,6 +253,12 @@ impl Instances {
             ControlFlow::Continue(list.t_max())
         });
         list.finish()
+    }
+
+    /// The nearest hit of `ray`, with `ANY` the first one found; `None` for the few rays that [`Instances::each_hit`] has to trace.
+    fn nearest<const ANY: bool>(&self, ray: &Ray) -> Option<walk::HitOfCopy> {
+        let AnyWideTree::Aabb(top) = &self.top.tree else { return None };
+        nearest_of_copies::<ANY>(Level::new(), top, |item| self.copy(item), ray)
     }
 
     /// Calls `found` with each hit of `ray`, in any order, up to the distance that it returned last.

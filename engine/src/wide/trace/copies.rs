@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use fearless_simd::{Simd, SimdBase, f32x4};
+use fearless_simd::{Simd, SimdBase};
 
-use crate::geometry::{Aabb, CarriedRay, Placement, Ray, TriangleHit};
+use crate::geometry::{Aabb, CarriedRay, Hit, Placement, Ray, TriangleHit};
 use crate::kernel::each;
-use crate::tree::traverse::Probe;
+use crate::tree::traverse::{Nearest, Probe};
 use crate::wide::block::{BlockRay, TriangleBlock};
 use crate::wide::box_bounds::BoxRay;
 use crate::wide::box_lanes::{BoxLanes, LaneTest};
@@ -23,22 +23,35 @@ pub type Found<'a> = &'a mut dyn FnMut(TriangleHit, u32) -> ControlFlow<(), f32>
 
 /// A ray in the world, prepared for tests of triangles.
 pub struct WorldRay {
-    ray: Ray,
-    lanes: TriangleLanes<1>,
+    pub(super) ray: Ray,
+    pub(super) lanes: TriangleLanes<1>,
 }
 
 impl WorldRay {
     /// `None` for a ray that cannot hit anything.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, ray: &Ray) -> Option<Self> {
-        // A hit has a finite distance.
-        let ray = Ray { t_max: ray.t_max.min(f32::MAX), ..*ray };
-        let lanes = match FusedBoxRay::new(simd, &ray) {
-            Some((_, lanes)) => lanes,
-            None => RayLanes::single::<S, Aabb>(simd, &ray)?.triangles,
-        };
+        if let Some((_, world)) = Self::fused(simd, ray) {
+            return Some(world);
+        }
+        let ray = with_an_end(ray);
+        let lanes = RayLanes::single::<S, Aabb>(simd, &ray)?.triangles;
         Some(Self { ray, lanes })
     }
+
+    /// The ray also for tests of boxes; `None` for one that [`FusedBoxRay::new`] does not serve.
+    #[inline(always)]
+    pub(super) fn fused<S: Simd>(simd: S, ray: &Ray) -> Option<(FusedBoxRay, Self)> {
+        let ray = with_an_end(ray);
+        let (boxes, lanes) = FusedBoxRay::new(simd, &ray)?;
+        Some((boxes, Self { ray, lanes }))
+    }
+}
+
+/// A hit has a finite distance.
+#[inline(always)]
+fn with_an_end(ray: &Ray) -> Ray {
+    Ray { t_max: ray.t_max.min(f32::MAX), ..*ray }
 }
 
 /// A copy of a part of a mesh.
@@ -48,6 +61,53 @@ pub(crate) struct Copy<'a> {
     /// Where the part begins.
     pub(crate) start: Child,
     pub(crate) place: &'a Placement,
+}
+
+/// The nearest hit so far, and the copy that it is with.
+#[derive(Clone, Copy)]
+pub(crate) struct HitOfCopy {
+    pub(super) nearest: Nearest,
+    pub(super) copy: u32,
+}
+
+impl HitOfCopy {
+    /// No hit yet within `t_max`.
+    #[inline(always)]
+    pub(super) fn new(t_max: f32) -> Self {
+        Self { nearest: Nearest::new(t_max), copy: 0 }
+    }
+
+    /// Distance up to which hits are accepted.
+    #[inline(always)]
+    pub(super) fn t(&self) -> f32 {
+        self.nearest.t()
+    }
+
+    /// Whether there is a hit.
+    #[inline(always)]
+    pub(crate) fn found(&self) -> bool {
+        self.nearest.found()
+    }
+
+    /// The copy and the hit, if any.
+    #[inline(always)]
+    pub(crate) fn hit(&self) -> Option<(u32, Hit)> {
+        Some((self.copy, self.nearest.hit()?))
+    }
+
+    /// Accepts a hit no farther than the nearest so far: equal distances go to the lower copy, then to the lower triangle.
+    #[inline(always)]
+    pub(super) fn offer(&mut self, copy: u32, hit: TriangleHit, primitive_index: u32) {
+        if hit.t == self.nearest.t() && self.nearest.found() && copy != self.copy {
+            if copy > self.copy {
+                return;
+            }
+            self.nearest = Nearest::new(hit.t);
+        }
+        if self.nearest.offer(hit, primitive_index) {
+            self.copy = copy;
+        }
+    }
 }
 
 /// The copy that an item of a tree over copies is, or is part of, with its index; `None` where that has no triangles.
@@ -156,18 +216,20 @@ fn visit_leaf<S: Simd, P: Probe>(
 /// The values of a block whose triangles stand in the world, with [`BLOCK`] numbers in a row: each corner as [`Placement::point`] has it.
 #[inline(always)]
 pub(super) fn placed<S: Simd>(simd: S, block: TriangleBlock<'_>, place: &Placement) -> [f32; WINDOW] {
-    let [x, y, z] = each!(axis => block.corners(simd, 8 * axis as u32));
+    // The first two corners side by side.
+    let [x, y, z] = each!(axis => {
+        let [a, b, c] = block.corners(simd, 8 * axis as u32);
+        (simd.combine_f32x4(a, b), c)
+    });
     let mut window = [0.0; WINDOW];
-    let (rows, _) = window.as_chunks_mut::<BLOCK>();
     for axis in 0..3 {
-        let row = &place.rows[axis];
-        let [mx, my, mz] = each!(column => f32x4::splat(simd, row[column]));
-        let translation = f32x4::splat(simd, row[3]);
-        for corner in 0..3 {
-            let placed = x[corner] * mx + y[corner] * my + z[corner] * mz + translation;
-            rows[3 * axis + corner] = placed.to_array();
-        }
+        let [mx, my, mz, translation] = place.rows[axis];
+        let row = &mut window[3 * BLOCK * axis..][..3 * BLOCK];
+        let two = x.0 * mx + y.0 * my + z.0 * mz + translation;
+        let third = x.1 * mx + y.1 * my + z.1 * mz + translation;
+        row[..2 * BLOCK].copy_from_slice(two.as_slice());
+        row[2 * BLOCK..].copy_from_slice(third.as_slice());
     }
-    rows[COORDINATES] = block.marks(simd).to_array();
+    window[BLOCK * COORDINATES..][..BLOCK].copy_from_slice(block.marks(simd).as_slice());
     window
 }

@@ -11,6 +11,7 @@ pub mod packet;
 pub(crate) mod packet_copies;
 mod packet_tree;
 pub(crate) mod single;
+mod single_copies;
 pub(crate) mod stack;
 pub(crate) mod stream;
 pub(crate) mod stream_copies;
@@ -21,12 +22,12 @@ pub use cache_lines::{CacheLines, LINE_BYTES, LineProbe};
 use fearless_simd::{Level, Simd};
 use glam::Vec3;
 
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Aabb, Hit, Ray};
 use crate::kernel::simd::{baseline, dispatch};
 use crate::query::{ClosestPoint, HitList, HitLists, NearestPoint};
 use crate::tree::traverse::{NoProbe, Observer, Probe};
 use crate::wide::trace::packet_tree::BoxTree;
-use crate::wide::tree::AnyWideTree;
+use crate::wide::tree::{AnyWideTree, WideTree};
 use crate::with_wide_tree;
 
 /// Evaluates an expression at AVX2 or at the level of every machine, and returns its value: for oriented boxes, which are rarely traced
@@ -221,6 +222,16 @@ impl AnyWideTree {
     fn offer_points(&self, level: Level, nearest: &mut NearestPoint) {
         with_wide_tree!(self, tree => return_at_few_levels!(level, simd => closest_point::closest_point(simd, tree, nearest)));
     }
+}
+
+/// The nearest hit of a ray through a tree over copies, see [`single_copies::nearest`].
+pub(crate) fn nearest_of_copies<'a, const ANY: bool>(
+    level: Level,
+    top: &WideTree<Aabb>,
+    copy_of: impl Fn(u32) -> Option<(u32, copies::Copy<'a>)>,
+    ray: &Ray,
+) -> Option<copies::HitOfCopy> {
+    return_at_few_levels!(level, simd => single_copies::nearest::<_, ANY>(simd, top, copy_of, ray))
 }
 
 /// `ray` prepared for [`each_hit_of_copy`]; `None` if it cannot hit anything.

@@ -5,16 +5,16 @@ use std::ops::ControlFlow;
 
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, f32x8};
 
-use crate::geometry::{Aabb, Hit, LEAST_WIDENING, Placement, Ray, TriangleHit};
+use crate::geometry::{Aabb, Hit, LEAST_WIDENING, Placement, Ray};
 use crate::kernel::bits::bits;
 use crate::kernel::each;
 use crate::kernel::simd::dispatch;
-use crate::tree::traverse::{Nearest, NoProbe};
+use crate::tree::traverse::NoProbe;
 use crate::wide::block::{BlockRay, TriangleBlock};
 use crate::wide::child::Child;
 use crate::wide::layout::BLOCK;
 use crate::wide::ray_lanes::{RAY_LANES, RayLanes, transposed};
-use crate::wide::trace::copies::{Copy, CopyOf, WorldRay, each_hit, placed};
+use crate::wide::trace::copies::{Copy, CopyOf, HitOfCopy, WorldRay, each_hit, placed};
 use crate::wide::trace::stream::{STACK, Stream};
 use crate::wide::tree::WideTree;
 
@@ -265,28 +265,6 @@ impl<const RAYS: usize, const WORDS: usize> Levels<RAYS, WORDS> {
                 }
             },
         );
-    }
-}
-
-/// The nearest hit so far, and the copy that it is with.
-struct HitOfCopy {
-    nearest: Nearest,
-    copy: u32,
-}
-
-impl HitOfCopy {
-    /// Accepts a hit no farther than the nearest so far: equal distances go to the lower copy, then to the lower triangle.
-    #[inline(always)]
-    fn offer(&mut self, copy: u32, hit: TriangleHit, primitive_index: u32) {
-        if hit.t == self.nearest.t() && self.nearest.found() && copy != self.copy {
-            if copy > self.copy {
-                return;
-            }
-            self.nearest = Nearest::new(hit.t);
-        }
-        if self.nearest.offer(hit, primitive_index) {
-            self.copy = copy;
-        }
     }
 }
 

@@ -38,32 +38,48 @@ pub(crate) fn each_leaf<S: Simd, C: WideContainer, T: LaneTest<S, C::Bounds>, P:
     mut visit: impl FnMut(Child, &mut P) -> ControlFlow<(), f32>,
 ) {
     let mut stack = Stack::new();
-    stack.push(Waiting::new(0.0, start));
-    while let Some(waiting) = stack.pop() {
-        let current = waiting.child();
-        if waiting.entry() > t_max * T::SLACK {
-            continue;
-        }
+    let mut current = start;
+    loop {
         probe.visited(current.bits());
         if current.is_leaf() {
             match visit(current, probe) {
                 ControlFlow::Continue(end) => t_max = end,
                 ControlFlow::Break(()) => return,
             }
-            continue;
-        }
-        probe.container_test();
-        let mut space = None;
-        let (bounds, children) = tree.node(current).unpack(simd, &mut space);
-        let (mut entered, entries) = ray.intersect(simd, bounds, t_max);
-        let mark = stack.reserve();
-        while entered != 0 {
-            let lane = take_lane(&mut entered);
-            tree.prefetch(children[lane]);
-            stack.push(Waiting::new(entries[lane], children[lane]));
-            if is_ordered {
-                stack.sort_last(mark, |a, b| a < b);
+        } else {
+            probe.container_test();
+            let mut space = None;
+            let (bounds, children) = tree.node(current).unpack(simd, &mut space);
+            let (mut entered, entries) = ray.intersect(simd, bounds, t_max);
+            if entered != 0 {
+                let first = take_lane(&mut entered);
+                if entered == 0 {
+                    current = children[first];
+                    continue;
+                }
+                let mark = stack.reserve();
+                let mut next = Waiting::new(entries[first], children[first]);
+                while entered != 0 {
+                    let lane = take_lane(&mut entered);
+                    let mut other = Waiting::new(entries[lane], children[lane]);
+                    if !is_ordered || other < next {
+                        std::mem::swap(&mut other, &mut next);
+                    }
+                    tree.prefetch(other.child());
+                    stack.push(other);
+                    if is_ordered {
+                        stack.sort_last(mark, |a, b| a < b);
+                    }
+                }
+                current = next.child();
+                continue;
             }
         }
+        current = loop {
+            let Some(waiting) = stack.pop() else { return };
+            if waiting.entry() <= t_max * T::SLACK {
+                break waiting.child();
+            }
+        };
     }
 }
