@@ -144,6 +144,37 @@ fn queries_find_what_a_test_of_every_item_finds() {
 }
 
 #[test]
+fn items_of_nearer_leaves_are_visited_first() {
+    // A row of boxes with gaps between them, so that the order along a ray is that of their leaves.
+    let sheet = |at: u8| {
+        let min = Vec3::new(-1.0, -1.0, f32::from(at));
+        Aabb { min, max: min + Vec3::new(2.0, 2.0, 0.5) }
+    };
+    let sheets: Vec<Aabb> = (0..200).map(sheet).collect();
+    let settings = settings(ContainerKind::Aabb);
+    // One leaf has them all otherwise.
+    for settings in settings.iter().filter(|settings| settings.builder != BuilderKind::None) {
+        let bvh = ItemBvh::build(&sheets[..], settings, &CancelToken::new()).unwrap();
+        // Through the shorter test of boxes, and through that for all rays.
+        for direction in [Vec3::new(1e-4, 2e-4, 1.0), Vec3::Z] {
+            for (ray, is_reversed) in
+                [(Ray::new(-direction, direction), false), (Ray::new(direction * 300.0, -direction), true)]
+            {
+                let mut order = Vec::new();
+                bvh.visit(&ray, |item, t_max| {
+                    order.push(if is_reversed { 199 - item } else { item });
+                    ControlFlow::Continue(t_max)
+                });
+                assert_eq!(order.len(), sheets.len(), "{settings:?}, {ray:?}");
+                // Those of a leaf come in any order: at most four.
+                let is_near = |(rank, item): (u32, &u32)| rank.abs_diff(*item) < 4;
+                assert!((0..).zip(&order).all(is_near), "{settings:?}, {ray:?}, {order:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn boxes_of_triangles_have_the_trees_of_the_triangles() {
     for (name, triangles) in trees::nasty_scenes() {
         let boxes: Vec<Aabb> = triangles.iter().map(Triangle::bounds).collect();
