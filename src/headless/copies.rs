@@ -99,6 +99,9 @@ pub fn run(command: &CopiesCommand, context: &mut Context<'_>) -> Result<Finishe
     Ok(finished)
 }
 
+/// Draws the plot of rows.
+type FigureOf<T> = fn(&[CostRow<T>]) -> Figure;
+
 /// Scene, rays and settings of all measurements.
 struct Measuring<'a> {
     command: &'a CopiesCommand,
@@ -125,7 +128,7 @@ impl Measuring<'_> {
         &self,
         measure: impl FnOnce(&[ViewRays], &CancelToken, &mut dyn FnMut(T)) -> Result<(), LabError> + Send,
         tables: fn(&[CostRow<T>]) -> Vec<ReportTable>,
-        figure: fn(&[CostRow<T>]) -> Figure,
+        figure: Option<FigureOf<T>>,
         context: &mut Context<'_>,
     ) -> Result<(), Failure> {
         let token = context.token.clone();
@@ -135,7 +138,8 @@ impl Measuring<'_> {
         let outcome = in_pool(|| measure(&rays, &token, &mut |own| rows.push(rows_of.row(own))));
         drop(progress);
         let outcome = outcome.map_err(|error| of_job(error, &self.command.source));
-        self.command.output.deliver(&rows, tables, |rows| Ok(figure(rows)), self.read, context.out, outcome)
+        let figure = |rows: &_| figure.map(|figure| figure(rows)).ok_or_else(|| "--plot needs --open".to_owned());
+        self.command.output.deliver(&rows, tables, figure, self.read, context.out, outcome)
     }
 
     fn costs(&self, context: &mut Context<'_>) -> Result<(), Failure> {
@@ -143,7 +147,7 @@ impl Measuring<'_> {
         let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostInPart)| {
             copy_costs(accel, rays, most, token, row)
         };
-        self.print(measure, copy_tables, |_| unreachable!("--plot needs --open"), context)
+        self.print(measure, copy_tables, None, context)
     }
 
     fn forms(&self, open: &[f32], context: &mut Context<'_>) -> Result<(), Failure> {
@@ -152,7 +156,7 @@ impl Measuring<'_> {
         let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostInForm)| {
             copy_forms(accel, flat.as_ref(), open, rays, token, row)
         };
-        self.print(measure, form_tables, form_figure, context)
+        self.print(measure, form_tables, Some(form_figure), context)
     }
 
     fn advice(&self, context: &mut Context<'_>) -> Result<(), Failure> {
@@ -160,7 +164,7 @@ impl Measuring<'_> {
         let measure = |rays: &[ViewRays], token: &CancelToken, row: &mut dyn FnMut(CostOfChange)| {
             copy_advice(accel, rays, token, row)
         };
-        self.print(measure, advice_tables, |_| unreachable!("--plot needs --open"), context)
+        self.print(measure, advice_tables, None, context)
     }
 }
 

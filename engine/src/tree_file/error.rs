@@ -95,7 +95,7 @@ pub enum TreeFileError {
         allowed: u64,
     },
     /// The mesh has another number of triangles.
-    #[error("is a tree over {file} triangles, the model has {model}")]
+    #[error("its number of triangles is {file}, that of the model {model}")]
     OtherMesh {
         /// Triangles in the header.
         file: u32,
@@ -261,7 +261,7 @@ pub enum TreeFileError {
     #[error("array 'indices': instance {0} is in more than one leaf of the tree over the instances")]
     InstanceTwice(u32),
     /// The model has another number of meshes or instances.
-    #[error("has {file} {what}, the model has {model}")]
+    #[error("its number of {what} is {file}, that of the model {model}")]
     OtherScene {
         /// Meshes or instances.
         what: &'static str,

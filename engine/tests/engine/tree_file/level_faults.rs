@@ -136,16 +136,16 @@ fn files_of_other_scenes_are_refused() {
         draft.trees[2].leaves[2] = [0, 0];
         draft.trees[2].children[2] = vec![NONE, NONE];
     });
-    assert_eq!(read_known(&without_one).unwrap_err(), "has 2 instances, the model has 3");
+    assert_eq!(read_known(&without_one).unwrap_err(), "its number of instances is 2, that of the model 3");
     let other_mesh = changed(|draft| draft.instances[1] = 1);
     assert_eq!(
         read_known(&other_mesh).unwrap_err(),
         "array 'instances': instance 1 is one of mesh 1, in the model of mesh 0"
     );
     let swapped = changed(|draft| draft.trees.swap(0, 1));
-    assert_eq!(read_known(&swapped).unwrap_err(), "mesh 0: is a tree over 1 triangles, the model has 4");
+    assert_eq!(read_known(&swapped).unwrap_err(), "mesh 0: its number of triangles is 1, that of the model 4");
     let longer = changed(|draft| draft.trees.insert(0, draft.trees[1].clone()));
-    assert_eq!(read_known(&longer).unwrap_err(), "has 3 meshes, the model has 2");
+    assert_eq!(read_known(&longer).unwrap_err(), "its number of meshes is 3, that of the model 2");
     assert_eq!(read_known(&level_sample()).unwrap().faults, []);
 }
 

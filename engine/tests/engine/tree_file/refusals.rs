@@ -245,7 +245,7 @@ fn a_mesh_with_another_number_of_triangles_is_refused() {
     for (mesh, count) in [(&mesh[..3], 3), (&[][..], 0)] {
         let error = TreeFile::read(&sample().bytes(), Some(mesh), u64::MAX, &CancelToken::new()).unwrap_err();
         assert_eq!(error, TreeFileError::OtherMesh { file: 4, model: count });
-        assert_eq!(error.to_string(), format!("is a tree over 4 triangles, the model has {count}"));
+        assert_eq!(error.to_string(), format!("its number of triangles is 4, that of the model {count}"));
     }
     let longer: Vec<Triangle> = mesh.iter().chain(&mesh).copied().collect();
     assert!(sample().read(Some(&longer)).unwrap_err().ends_with("the model has 8"));

@@ -1,7 +1,7 @@
 //! Legends of the picture's and the containers' colours in the lower left corner of the viewport.
 
 use egui::{
-    Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Stroke, StrokeKind, Ui,
+    Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Stroke, StrokeKind, Ui, Vec2,
     WidgetInfo, pos2, vec2,
 };
 
@@ -12,8 +12,10 @@ use crate::overlay::{self, ColorScale, NodeTable, Role};
 use crate::render::{Frame, HeatKind, Shading};
 use bvhscope_engine::construction::Cut;
 
-/// Width of a legend in points, unless its title needs more.
+/// Width of a legend in points, unless its title or a row needs more.
 const WIDTH: f32 = 208.0;
+/// Left and right of what a legend holds, in points.
+const MARGIN: f32 = 8.0;
 /// Largest share of the viewport that legends may take.
 const MAX_SHARE: f32 = 0.18;
 /// Height of a legend's title in points.
@@ -24,6 +26,10 @@ const RAMP_HEIGHT: f32 = 28.0;
 const STEPS: u16 = 48;
 /// Width of the sample of a line in points, twice that of the lines of the picture: so widths differ by whole points.
 const LINE_WIDTH: f32 = 2.5;
+/// Gap after a sample, and before a name, in points.
+const MARK_GAP: f32 = 2.0;
+/// Gap after a name in points.
+const SWATCH_GAP: f32 = 10.0;
 /// Height of a row of swatches or of text in points.
 const LINE_HEIGHT: f32 = 18.0;
 
@@ -68,6 +74,10 @@ impl Mark {
         let line = (role != Role::Overlap).then_some(role.width());
         Self { color: role.color().unwrap_or([255; 3]), line }
     }
+
+    fn size(self) -> Vec2 {
+        self.line.map_or(vec2(8.0, 8.0), |width| vec2(12.0, LINE_WIDTH * width))
+    }
 }
 
 impl Part {
@@ -75,6 +85,22 @@ impl Part {
         match self {
             Self::Ramp { .. } => RAMP_HEIGHT,
             Self::Swatches(_) | Self::Text(_) => LINE_HEIGHT,
+        }
+    }
+
+    /// Width in points that it needs. A gradient has whatever there is, with as many labels as it holds.
+    fn width(&self, painter: &Painter) -> f32 {
+        let font = FontId::proportional(theme::HEADING_SIZE);
+        let of_text = |text: &String| painter.layout_no_wrap(text.clone(), font.clone(), Color32::PLACEHOLDER).size().x;
+        match self {
+            Self::Ramp { .. } => 0.0,
+            Self::Swatches(swatches) => {
+                let of_swatch = |(marks, name): &(Vec<Mark>, String)| {
+                    marks.iter().map(|mark| mark.size().x + MARK_GAP).sum::<f32>() + MARK_GAP + of_text(name)
+                };
+                swatches.iter().map(of_swatch).sum::<f32>() + SWATCH_GAP * swatches.len().saturating_sub(1) as f32
+            }
+            Self::Text(text) => of_text(text),
         }
     }
 
@@ -96,7 +122,9 @@ pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
         let height = TITLE_HEIGHT + legend.parts.iter().map(Part::height).sum::<f32>() + 4.0;
         let font = FontId::proportional(theme::HEADING_SIZE);
         let title = ui.painter().layout_no_wrap(legend.title.clone(), font, Color32::PLACEHOLDER);
-        let size = vec2(WIDTH.max(title.size().x + 16.0).min(rect.width() - 24.0), height);
+        let widths = legend.parts.iter().map(|part| part.width(ui.painter()));
+        let needed = widths.fold(title.size().x, f32::max) + 2.0 * MARGIN;
+        let size = vec2(WIDTH.max(needed).min(rect.width() - 24.0), height);
         let place = Rect::from_min_size(pos2(rect.left() + 12.0, bottom - size.y), size);
         // In a small viewport the picture comes first.
         free_area -= size.x * size.y;
@@ -353,10 +381,11 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
     let painter = ui.painter();
     painter.rect_filled(rect, CornerRadius::same(6), palette.veil);
     let font = FontId::proportional(theme::HEADING_SIZE);
-    painter.text(rect.min + vec2(8.0, 5.0), Align2::LEFT_TOP, &legend.title, font.clone(), palette.text);
+    painter.text(rect.min + vec2(MARGIN, 5.0), Align2::LEFT_TOP, &legend.title, font.clone(), palette.text);
     let mut top = rect.top() + TITLE_HEIGHT;
     for part in &legend.parts {
-        let place = Rect::from_min_size(pos2(rect.left() + 8.0, top), vec2(rect.width() - 16.0, part.height()));
+        let place =
+            Rect::from_min_size(pos2(rect.left() + MARGIN, top), vec2(rect.width() - 2.0 * MARGIN, part.height()));
         match part {
             Part::Ramp { stops, used, color } => paint_ramp(painter, place, stops, *used, color, palette.dim),
             Part::Swatches(swatches) => paint_swatches(painter, place, swatches, palette.dim),
@@ -372,16 +401,16 @@ fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<Mark>, String
     let font = FontId::proportional(theme::HEADING_SIZE);
     let mut left = place.left();
     for (marks, name) in swatches {
-        for Mark { color: [r, g, b], line } in marks {
-            let size = line.map_or(vec2(8.0, 8.0), |width| vec2(12.0, LINE_WIDTH * width));
+        for mark in marks {
+            let (size, [r, g, b]) = (mark.size(), mark.color);
             let swatch = Rect::from_min_size(pos2(left, place.center().y - size.y * 0.5), size);
             // The outline shows a white swatch on a light ground.
             let outline = Stroke::new(1.0, dim.gamma_multiply(0.7));
-            painter.rect(swatch, CornerRadius::same(2), Color32::from_rgb(*r, *g, *b), outline, StrokeKind::Outside);
-            left += size.x + 2.0;
+            painter.rect(swatch, CornerRadius::same(2), Color32::from_rgb(r, g, b), outline, StrokeKind::Outside);
+            left += size.x + MARK_GAP;
         }
-        let text = painter.text(pos2(left + 2.0, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
-        left = text.right() + 10.0;
+        let text = painter.text(pos2(left + MARK_GAP, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
+        left = text.right() + SWATCH_GAP;
     }
 }
 
