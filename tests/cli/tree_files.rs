@@ -389,7 +389,7 @@ fn unusable_files_fail_with_one_line() {
         (format!("info {MODEL} --tree missing.bvh"), ["missing.bvh: no such file", "; "]),
         (format!("info {MODEL} --tree text.bvh"), ["text.bvh: does not begin with the line", "docs/tree-file.md"]),
         (format!("info {MODEL} --tree cut.bvh"), ["cut.bvh: array 'bounds' of ", "; the file may be cut off"]),
-        ("info builtin:cornell --tree mine.bvh".to_owned(), ["mine.bvh: is a tree over ", "info --triangles"]),
+        ("info builtin:cornell --tree mine.bvh".to_owned(), ["mine.bvh: its number of triangles", "info --triangles"]),
         (
             "info bare.bvh".to_owned(),
             ["bare.bvh: is a tree without its triangles", "; name the mesh, and this file with --tree"],

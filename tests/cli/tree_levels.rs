@@ -61,7 +61,7 @@ fn files_of_one_level_and_of_two_are_told_apart() {
     let bytes = std::fs::read(folder.path().join("flat.bvh")).unwrap();
     assert!(bytes.starts_with(b"bvhscope tree 1\n"), "older versions read it");
     refused(&format!("info {MODEL} --instances two-level --tree flat.bvh"), "load the model with --instances flat");
-    refused("info builtin:village:20 --instances two-level --tree trees.bvh", "the model has");
+    refused("info builtin:village:20 --instances two-level --tree trees.bvh", "that of the model");
     refused("info trees.bvh", "is a tree without its triangles");
     // Flat, a file is a model without a tree.
     let flat = json(folder.path(), "info whole.bvh --instances flat --json");
