@@ -248,7 +248,7 @@ fn a_mesh_with_another_number_of_triangles_is_refused() {
         assert_eq!(error.to_string(), format!("its number of triangles is 4, that of the model {count}"));
     }
     let longer: Vec<Triangle> = mesh.iter().chain(&mesh).copied().collect();
-    assert!(sample().read(Some(&longer)).unwrap_err().ends_with("the model has 8"));
+    assert!(sample().read(Some(&longer)).unwrap_err().ends_with("that of the model 8"));
 }
 
 #[test]
