@@ -135,8 +135,15 @@ impl CancelToken {
     /// part, and cancelling either token cancels both.
     #[must_use]
     pub fn part(&self, index: usize, count: usize) -> Self {
-        let span = self.span / count.max(1) as f32;
-        Self { start: self.start + span * index as f32, span, ..self.clone() }
+        let share = 1.0 / count.max(1) as f32;
+        self.share(share * index as f32, share)
+    }
+
+    /// A token for the part of the computation that begins at the fraction `start` and is the fraction `share` of it, as
+    /// [`CancelToken::part`].
+    #[must_use]
+    pub fn share(&self, start: f32, share: f32) -> Self {
+        Self { start: self.start + self.span * start, span: self.span * share, ..self.clone() }
     }
 
     /// Reports the finished fraction, 0 to 1, of the computation or of this token's part of it.
@@ -162,9 +169,49 @@ impl CancelToken {
     }
 }
 
+/// Progress of a computation whose tasks end on many threads, in any order. It never goes back: of two threads that report one after
+/// the other what an atomic sum told them, the one with less may come last, and a finished computation seems to stand still.
+#[derive(Debug)]
+pub struct TaskProgress {
+    finished: Mutex<u64>,
+    all: u64,
+}
+
+impl TaskProgress {
+    /// No step of `all`.
+    pub fn new(all: u64) -> Self {
+        Self { finished: Mutex::new(0), all }
+    }
+
+    /// Adds `steps` that have been finished, and reports through `token` how many of all have.
+    pub fn add(&self, steps: u64, token: &CancelToken) {
+        let mut finished = self.finished.lock().unwrap_or_else(PoisonError::into_inner);
+        *finished += steps;
+        token.set_progress((*finished as f64 / self.all.max(1) as f64) as f32);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tasks_that_end_at_once_end_at_1() {
+        const THREADS: u64 = 4;
+        for _ in 0..2_000 {
+            let (token, progress) = (CancelToken::new(), TaskProgress::new(THREADS));
+            let start = std::sync::Barrier::new(THREADS as usize);
+            std::thread::scope(|scope| {
+                for _ in 0..THREADS {
+                    scope.spawn(|| {
+                        start.wait();
+                        progress.add(1, &token);
+                    });
+                }
+            });
+            assert!(token.progress() >= 1.0);
+        }
+    }
 
     #[test]
     fn parts_of_parts_fill_the_whole() {

@@ -1,6 +1,5 @@
 //! Rendering in tiles, the unit of work and of cancellation.
 
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -23,7 +22,7 @@ use super::surface;
 use super::tile::{Pass, PassCounts};
 use super::trace_context::TraceContext;
 use crate::accel::tracer::Counting;
-use bvhscope_engine::cancel::{CancelToken, Cancelled};
+use bvhscope_engine::cancel::{CancelToken, Cancelled, TaskProgress};
 
 /// The only error of [`render`]: it was cancelled.
 pub type RenderError = Cancelled;
@@ -142,6 +141,7 @@ fn passes<S: Shade>(
         request.accel.compute_leaf_triangles(token)?;
     }
     let samples = if grid.coarseness > 1.0 { 1 } else { request.settings.wanted_samples() };
+    let progress = TaskProgress::new(u64::from(grid.tile_count) * u64::from(samples));
     // One allocation per tile, so that neither allocating nor freeing delays cancellation.
     let mut pixels: Vec<Vec<Pixel>> = vec![Vec::new(); grid.tile_count as usize];
     // The tests of a frame are those of its tree.
@@ -150,7 +150,7 @@ fn passes<S: Shade>(
     loop {
         let start = Instant::now();
         let pass = Pass { context, shade, request, grid: &grid, sample };
-        let counts = trace_pass(&pass, samples, &mut pixels, token)?;
+        let counts = trace_pass(&pass, &progress, &mut pixels, token)?;
         let trace_time = start.elapsed();
         nan_samples += counts.nan_samples;
         sample += 1;
@@ -193,17 +193,14 @@ fn passes<S: Shade>(
 /// Adds one sample to each pixel of all tiles.
 fn trace_pass<S: Shade>(
     pass: &Pass<'_, '_, S>,
-    samples: u32,
+    progress: &TaskProgress,
     pixels: &mut [Vec<Pixel>],
     token: &CancelToken,
 ) -> Result<PassCounts, Cancelled> {
-    let tiles_before = pass.grid.tile_count * pass.sample;
-    let tiles_in_all = (pass.grid.tile_count * samples) as f32;
-    let tiles_done = AtomicU32::new(tiles_before);
     let trace_tile = |(tile, pixels): (usize, &mut Vec<Pixel>)| {
         token.check()?;
         let counts = pass.trace_tile(tile as u32, pixels);
-        token.set_progress((tiles_done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tiles_in_all);
+        progress.add(1, token);
         Ok(counts)
     };
     let tiles = pixels.par_iter_mut().enumerate().map(trace_tile);

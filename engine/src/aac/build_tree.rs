@@ -17,7 +17,6 @@
 #![allow(clippy::inline_always, reason = "SIMD kernels must land in the caller that enables the instructions")]
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Level, Simd};
 
@@ -29,7 +28,7 @@ use crate::aac::leaf_order::TaskNodes;
 use crate::aac::pair_writer::PairWriter;
 use crate::aac::reduction::Reduction;
 use crate::aac::tasks::{NodeSlots, TaskPlan};
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, TaskProgress};
 use crate::geometry::Triangle;
 use crate::kernel::simd::dispatch;
 use crate::order::SortedPrimitives;
@@ -43,8 +42,8 @@ pub struct TreeBuilder<'a, C: ClusterContainer> {
     input: &'a SortedPrimitives<C>,
     reduction: &'a Reduction,
     level: Level,
-    /// Number of primitives in finished tasks.
-    finished: AtomicUsize,
+    /// Progress by the primitives of finished tasks.
+    progress: TaskProgress,
 }
 
 /// Result of `build_tree`: the clusters left of a range, and the nodes below them.
@@ -61,7 +60,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         reduction: &'a Reduction,
         level: Level,
     ) -> Self {
-        Self { triangles, input, reduction, level, finished: AtomicUsize::new(0) }
+        Self { triangles, input, reduction, level, progress: TaskProgress::new(input.len() as u64) }
     }
 
     /// `build_tree` of the range `plan`, both sides in parallel; nodes are written to `slots`.
@@ -99,7 +98,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
         slots: NodeSlots<'_, 'n, C>,
         token: &CancelToken,
     ) -> Result<Forest<'n, C>, Cancelled> {
-        let count = range.len();
+        let count = range.len() as u64;
         let mut pairs = PairWriter::new(&mut *slots.tasks, slots.tasks_offset);
         let mut clusters = dispatch!(self.level, simd => {
             build_tree_in_task(simd, self.triangles, self.input, self.reduction, range, &mut pairs, token)
@@ -112,8 +111,7 @@ impl<'a, C: ClusterContainer> TreeBuilder<'a, C> {
                 cluster.first = index as u32;
             }
         }
-        let finished = self.finished.fetch_add(count, Ordering::Relaxed) + count;
-        token.set_progress(0.1 + 0.8 * finished as f32 / self.input.len() as f32);
+        self.progress.add(count, &token.share(0.1, 0.8));
         Ok(Forest { clusters, tasks: vec![TaskNodes { nodes: slots.tasks, offset: slots.tasks_offset, roots }] })
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::counted::BinaryLevels;
 use super::hit::InstanceHit;
-use crate::cancel::{CancelToken, Cancelled};
+use crate::cancel::{CancelToken, Cancelled, TaskProgress};
 use crate::geometry::Ray;
 use crate::kernel::parallel::{par_collect, par_tasks};
 use crate::tree::traverse::{Probe, TestCounts};
@@ -52,7 +52,7 @@ impl BinaryLevels<'_> {
     ) -> Result<CopyCosts, Cancelled> {
         let (count, levels) = (self.copies.copies().len(), BinaryLevels { unfolded: None, ..*self });
         let sums = par_collect(count, token, |_| [const { AtomicU64::new(0) }; 4])?;
-        let done = AtomicU64::new(0);
+        let progress = TaskProgress::new(u64::from(ray_count));
         let of_tasks = par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
             let (first, mut log) = (task * RAYS_PER_TASK, CopyLog::default());
             let rays = RAYS_PER_TASK.min(ray_count - first);
@@ -66,8 +66,7 @@ impl BinaryLevels<'_> {
                     totals.iter_mut().zip(of_ray).for_each(|(total, of_ray)| *total += of_ray * u64::from(weight));
                 }
             }
-            let done = done.fetch_add(u64::from(rays), Ordering::Relaxed) + u64::from(rays);
-            token.set_progress((done as f64 / f64::from(ray_count)) as f32);
+            progress.add(u64::from(rays), token);
             Ok(totals)
         })?;
         token.check()?;

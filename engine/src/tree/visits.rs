@@ -1,8 +1,8 @@
 //! How often rays visit each node, measured and as the surface area heuristic predicts it.
 
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS};
+use crate::cancel::{CancelToken, Cancelled, LIGHT_STEPS, TaskProgress};
 use crate::geometry::Ray;
 use crate::kernel::parallel::{par_collect, par_tasks};
 
@@ -114,7 +114,7 @@ pub(crate) fn count_visits(
     trace: impl Fn(&Ray, RayQuery, &mut VisitCounter<'_>) + Sync,
 ) -> Result<Visits, Cancelled> {
     let counts = par_collect(nodes, token, |_| AtomicU32::new(0))?;
-    let done = AtomicU64::new(0);
+    let progress = TaskProgress::new(u64::from(ray_count));
     let stood_for = par_tasks(0..ray_count.div_ceil(RAYS_PER_TASK), token, |task, token| {
         let mut counter = VisitCounter::new(&counts);
         let first = task * RAYS_PER_TASK;
@@ -130,8 +130,7 @@ pub(crate) fn count_visits(
             trace(&ray, query, &mut counter);
         }
         counter.flush();
-        let done = done.fetch_add(u64::from(rays), Ordering::Relaxed) + u64::from(rays);
-        token.set_progress((done as f64 / f64::from(ray_count)) as f32);
+        progress.add(u64::from(rays), token);
         Ok(stood_for)
     })?;
     token.check()?;

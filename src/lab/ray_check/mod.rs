@@ -12,9 +12,8 @@ mod trees;
 mod table;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use bvhscope_engine::cancel::CancelToken;
+use bvhscope_engine::cancel::{CancelToken, TaskProgress};
 use bvhscope_engine::geometry::Triangle;
 use bvhscope_engine::kernel::parallel::par_tasks;
 
@@ -60,13 +59,12 @@ pub fn check_rays(
             triangles.len()
         )));
     }
-    let done = AtomicUsize::new(0);
+    let progress = TaskProgress::new(rays.len() as u64);
     let scanning = token.part(0, 2);
     let reference = |index: u32, _: &CancelToken| {
         let ray = rays[index as usize];
         let reference = Reference::new(triangles, &ray.ray);
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        scanning.set_progress(done as f32 / rays.len() as f32);
+        progress.add(1, &scanning);
         Ok(CheckedRay { ray, reference })
     };
     let checked = par_tasks(0..rays.len() as u32, &scanning, reference)?;

@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS};
+use crate::cancel::{CancelToken, Cancelled, MEDIUM_STEPS, TaskProgress};
 use crate::geometry::Aabb;
 use crate::kernel::parallel::{par_collect, par_tasks};
 use crate::tree::node_metrics::visit_cost;
@@ -47,8 +47,8 @@ pub(super) fn overlap<C: Clip>(surface: &Surface<'_, C>, token: &CancelToken) ->
     let below = surface_below(surface, token)?;
     let tasks = tasks(surface, &below, token)?;
     let max_visits = surface.with_area as u64 * MAX_VISITS_PER_TRIANGLE;
-    let (visits, done) = (AtomicU64::new(0), AtomicU64::new(0));
-    let all = (surface.areas.len() + surface.further.len()) as f32;
+    let visits = AtomicU64::new(0);
+    let progress = TaskProgress::new((surface.areas.len() + surface.further.len()) as u64);
     let in_walk = |token: &CancelToken, slots: u64, work: &dyn Fn(&mut Walk<'_, '_, C>) -> Result<(), Ended>| {
         let mut walk = Walk {
             surface,
@@ -63,8 +63,7 @@ pub(super) fn overlap<C: Clip>(surface: &Surface<'_, C>, token: &CancelToken) ->
         };
         // Not begun where the visits are already too many.
         let ended = walk.count().and_then(|()| work(&mut walk)).and_then(|()| walk.count());
-        let finished = done.fetch_add(slots, Ordering::Relaxed) + slots;
-        token.set_progress(finished as f32 / all);
+        progress.add(slots, token);
         match ended {
             Ok(()) => Ok(Some(walk.cost)),
             Err(Ended::TooLong) => Ok(None),
