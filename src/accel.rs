@@ -536,13 +536,18 @@ impl Accel {
     /// End-point overlap: exact, or on request estimated from that many samples, unless it is known already. The first request takes
     /// about as long as a build; a UI thread uses [`Accel::known_epo`].
     ///
-    /// `None` of a scene of copies, whose surface the tree over the copies does not have.
+    /// `None` where there is none, see [`Accel::has_epo`].
     pub fn epo(&self, samples: Option<usize>, token: &CancelToken) -> Result<Option<EndPointOverlap>, Cancelled> {
-        if self.known_epo().is_none() && self.levels.is_none() {
+        if self.known_epo().is_none() && self.has_epo() {
             let epo = end_point_overlap(&self.tree, &self.scene.triangles, samples.unwrap_or(usize::MAX), token)?;
             self.epo.get_or_init(|| epo);
         }
         Ok(self.known_epo())
+    }
+
+    /// Whether it has an end-point overlap: a tree over copies does not have the surface.
+    pub const fn has_epo(&self) -> bool {
+        self.levels.is_none()
     }
 
     /// End-point overlap, if [`Accel::epo`] has computed it.

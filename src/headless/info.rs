@@ -461,10 +461,9 @@ fn print_rays(info: &Info, out: &mut dyn std::io::Write) -> std::io::Result<()> 
         let ray = |visits: f64| number(if sums.root_hits > 0 { visits / f64::from(sums.root_hits) } else { 0.0 });
         let [visits, predicted] = [ray(sums.visits as f64), ray(sums.predicted_visits)];
         let text = format!(
-            "{hits} of {rays} enter the root: {visits} visits each, {predicted} predicted, cost {}; {entering} the scene's box: {} \
-             tests each",
+            "{hits} of {rays} enter the root: {visits} visits each, {predicted} predicted, cost {}; {entering} the scene's box{}",
             number(sums.cost),
-            sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), number)
+            sums.tests_per_entering_ray.map_or_else(String::new, |tests| format!(": {} tests each", number(tests)))
         );
         line(out, sums.population.name(), text)?;
     }

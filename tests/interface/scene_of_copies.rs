@@ -5,7 +5,8 @@ use std::sync::Arc;
 use bvhscope::app::commands::Action;
 use bvhscope::app::state::{Request, Severity};
 use bvhscope::app::views;
-use bvhscope::app::views::motion::MotionView;
+use bvhscope::app::views::motion::{MotionQuantity, MotionView};
+use bvhscope::app::views::plots::{PlotKind, PlotsView, TreeQuality};
 use bvhscope::render::{Frame, Shading};
 use bvhscope::scene::{Instancing, Moment, SceneSource};
 use bvhscope_engine::Bvh;
@@ -126,6 +127,33 @@ fn every_view_answers(first: &[Action]) {
 }
 
 #[test]
+fn numbers_that_copies_lack_are_not_waited_for() {
+    const NONE: &str = "no end-point overlap";
+    let mut harness = app_of_copies();
+    press(&mut harness, Modifiers::NONE, Key::F10);
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("Leaf size").is_some(), "the panel lists numbers of the tree");
+    assert!(harness.query_by_label_contains("EPO …").is_none(), "the panel waits for it");
+    assert!(harness.query_by_label_contains("rays enter the root").is_some());
+    assert!(
+        harness.query_by_label_contains("tests each").is_none(),
+        "those below the tree over the copies are not counted"
+    );
+    for (kind, quality, lacks) in [
+        (PlotKind::Prediction, TreeQuality::Cost, true),
+        (PlotKind::Speed, TreeQuality::Cost, false),
+        (PlotKind::Speed, TreeQuality::SahCost, false),
+        (PlotKind::Speed, TreeQuality::Epo, true),
+    ] {
+        let view = harness.state_mut().state.views.get_mut::<PlotsView>();
+        (view.kind, view.quality) = (kind, quality);
+        settle(&mut harness);
+        assert_eq!(harness.query_by_label_contains(NONE).is_some(), lacks, "{kind:?} {quality:?}");
+        assert_eq!(harness.query_by_label_contains("Plot of").is_some(), !lacks, "{kind:?} {quality:?}");
+    }
+}
+
+#[test]
 fn spheres_are_refused_and_the_tree_of_boxes_stays() {
     let mut harness = app_of_copies();
     let state = &mut harness.state_mut().state;
@@ -219,5 +247,9 @@ fn motion_measures_the_tree_over_the_copies_by_each_policy() {
         assert!(row.epo.is_none() && row.tests_per_ray().is_some_and(|tests| tests > 1.0), "{row:?}");
         assert!(row.stats.nodes < 82, "41 copies: {row:?}");
     }
+    assert!(harness.query_by_label_contains("Plot of").is_some());
+    harness.state_mut().state.views.get_mut::<MotionView>().quantity = MotionQuantity::Epo;
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("no end-point overlap").is_some());
     assert_eq!(errors(&harness), [""; 0]);
 }

@@ -95,6 +95,17 @@ fn every_action_is_named_and_no_key_means_two() {
     assert!(keys.len() > 20);
 }
 
+#[test]
+fn a_submenu_stands_once_in_its_menu() {
+    let mut submenus = HashSet::new();
+    let place = |entry: &commands::Entry| (entry.category, entry.group, entry.submenu);
+    for run in commands::entries().chunk_by(|a, b| place(a) == place(b)) {
+        let (category, _, name) = place(&run[0]);
+        assert!(name.is_empty() || submenus.insert((category, name)), "{name} stands twice in {}", category.label());
+    }
+    assert!(submenus.len() > 10, "{submenus:?}");
+}
+
 /// `UPDATE_KEYS=1 cargo test --test interface keys` writes the page again.
 #[test]
 fn the_page_of_keys_is_up_to_date() {

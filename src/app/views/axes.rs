@@ -72,8 +72,10 @@ impl Axes {
         for value in axis.labels(f64::from(plot.width()), f64::from(LABEL_GAP), most, width) {
             let x = self.at([value, self.axes[1].low]).x;
             painter.vline(x, plot.y_range(), Stroke::new(1.0, palette.line));
-            let at = pos2(x, plot.bottom() + 2.0);
-            painter.text(at, Align2::CENTER_TOP, tick_text(&axis, value), font.clone(), palette.dim);
+            let text = painter.layout_no_wrap(tick_text(&axis, value), font.clone(), palette.dim);
+            // At the right end there may be less room than half a label.
+            let left = (x - text.size().x * 0.5).min(painter.clip_rect().right() - text.size().x);
+            painter.galley(pos2(left, plot.bottom() + 2.0), text, palette.dim);
         }
     }
 

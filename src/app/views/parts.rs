@@ -21,6 +21,9 @@ pub(super) const ROW_HEIGHT: f32 = 18.0;
 /// Gap between two columns in points.
 pub(super) const GAP: f32 = 12.0;
 
+/// Why a tree over copies has no end-point overlap.
+pub(super) const NO_OVERLAP: &str = "A tree over copies has no end-point overlap: the surface is that of their meshes";
+
 /// The tree that views show, with its picture; shows `otherwise`, a hint, where there are none.
 pub(super) fn presented(ui: &mut Ui, state: &AppState, otherwise: &str) -> Option<Presented> {
     if state.model.presented.is_none() {

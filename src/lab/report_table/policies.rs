@@ -128,8 +128,8 @@ fn notes(row: &Measurement, all: &[Followed<'_>], rays: f64) -> Vec<String> {
     let population = row.populations.first().map_or(Population::Primary, |rays| rays.population);
     let mut notes = vec![
         format!(
-            "Medians over all frames. Update: of the binary tree; ready: and of the wide one, through which {} rays take the time under 'a \
-             ray', all threads together; frame: ready and {} rays.",
+            "Medians over all frames. Update: of the binary tree (in two levels, of the one over the copies); ready: and of the wide one, \
+             through which {} rays take the time under 'a ray', all threads together; frame: ready and {} rays.",
             population.name(),
             count(rays as u64)
         ),

@@ -205,15 +205,6 @@ const TIME: &[Row] = &[
     .when(moves)
     .switch(|state, _| Some(state.model.playback.looped))
     .within("Time"),
-    many(policies, |state, index| {
-        let side = state.edited_side();
-        *state.wanted.policy_mut(side) = Policy::ALL[index];
-    })
-    .when(|state, index| moves(state, index) && refused_policy(state, Policy::ALL[index]).is_none())
-    .switch(|state, index| {
-        Some(state.wanted.follow_at(state.edited_side(), state.wanted.moment).policy == Policy::ALL[index])
-    })
-    .within("Policy"),
     one(
         Action::FilePose,
         "Pose of the file",
@@ -224,6 +215,15 @@ const TIME: &[Row] = &[
     .when(moves)
     .switch(|state, _| Some(state.wanted.moment.is_none()))
     .within("Time"),
+    many(policies, |state, index| {
+        let side = state.edited_side();
+        *state.wanted.policy_mut(side) = Policy::ALL[index];
+    })
+    .when(|state, index| moves(state, index) && refused_policy(state, Policy::ALL[index]).is_none())
+    .switch(|state, index| {
+        Some(state.wanted.follow_at(state.edited_side(), state.wanted.moment).policy == Policy::ALL[index])
+    })
+    .within("Policy"),
 ];
 
 /// Themes of the window, each with its name and tip.

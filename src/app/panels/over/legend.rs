@@ -1,8 +1,10 @@
 //! Legends of the picture's and the containers' colours in the lower left corner of the viewport.
 
+use std::sync::Arc;
+
 use egui::{
-    Align2, Color32, CornerRadius, FontId, Painter, Rect, Role as AccessRole, Sense, Stroke, StrokeKind, Ui, Vec2,
-    WidgetInfo, pos2, vec2,
+    Align2, Color32, CornerRadius, FontId, Galley, Painter, Rect, Role as AccessRole, Sense, Stroke, StrokeKind, Ui,
+    Vec2, WidgetInfo, pos2, vec2,
 };
 
 use crate::app::state::{AppState, CompareView, Presented, Standing, TreeSide};
@@ -90,17 +92,10 @@ impl Part {
 
     /// Width in points that it needs. A gradient has whatever there is, with as many labels as it holds.
     fn width(&self, painter: &Painter) -> f32 {
-        let font = FontId::proportional(theme::HEADING_SIZE);
-        let of_text = |text: &String| painter.layout_no_wrap(text.clone(), font.clone(), Color32::PLACEHOLDER).size().x;
         match self {
             Self::Ramp { .. } => 0.0,
-            Self::Swatches(swatches) => {
-                let of_swatch = |(marks, name): &(Vec<Mark>, String)| {
-                    marks.iter().map(|mark| mark.size().x + MARK_GAP).sum::<f32>() + MARK_GAP + of_text(name)
-                };
-                swatches.iter().map(of_swatch).sum::<f32>() + SWATCH_GAP * swatches.len().saturating_sub(1) as f32
-            }
-            Self::Text(text) => of_text(text),
+            Self::Swatches(swatches) => SwatchRow::of(painter, swatches).width,
+            Self::Text(text) => laid_out(painter, text).size().x,
         }
     }
 
@@ -114,14 +109,18 @@ impl Part {
     }
 }
 
+/// Text of a legend in a colour that is chosen when it is painted.
+fn laid_out(painter: &Painter, text: &str) -> Arc<Galley> {
+    painter.layout_no_wrap(text.to_owned(), FontId::proportional(theme::HEADING_SIZE), Color32::PLACEHOLDER)
+}
+
 /// Shows it within `rect`, the viewport's rectangle.
 pub(crate) fn show(ui: &mut Ui, rect: Rect, state: &AppState) {
     let mut bottom = rect.bottom() - 12.0;
     let mut free_area = rect.area() * MAX_SHARE;
     for legend in [picture_legend(state), overlay_legend(state)].into_iter().flatten() {
         let height = TITLE_HEIGHT + legend.parts.iter().map(Part::height).sum::<f32>() + 4.0;
-        let font = FontId::proportional(theme::HEADING_SIZE);
-        let title = ui.painter().layout_no_wrap(legend.title.clone(), font, Color32::PLACEHOLDER);
+        let title = laid_out(ui.painter(), &legend.title);
         let widths = legend.parts.iter().map(|part| part.width(ui.painter()));
         let needed = widths.fold(title.size().x, f32::max) + 2.0 * MARGIN;
         let size = vec2(WIDTH.max(needed).min(rect.width() - 24.0), height);
@@ -388,7 +387,7 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
             Rect::from_min_size(pos2(rect.left() + MARGIN, top), vec2(rect.width() - 2.0 * MARGIN, part.height()));
         match part {
             Part::Ramp { stops, used, color } => paint_ramp(painter, place, stops, *used, color, palette.dim),
-            Part::Swatches(swatches) => paint_swatches(painter, place, swatches, palette.dim),
+            Part::Swatches(swatches) => SwatchRow::of(painter, swatches).paint(painter, place, palette.dim),
             Part::Text(text) => {
                 painter.text(place.left_center(), Align2::LEFT_CENTER, text, font.clone(), palette.dim);
             }
@@ -397,20 +396,41 @@ fn paint(ui: &mut Ui, rect: Rect, legend: &LegendBox) {
     }
 }
 
-fn paint_swatches(painter: &Painter, place: Rect, swatches: &[(Vec<Mark>, String)], dim: Color32) {
-    let font = FontId::proportional(theme::HEADING_SIZE);
-    let mut left = place.left();
-    for (marks, name) in swatches {
-        for mark in marks {
+/// A row of swatches, laid out from its left end.
+struct SwatchRow {
+    marks: Vec<(f32, Mark)>,
+    names: Vec<(f32, Arc<Galley>)>,
+    width: f32,
+}
+
+impl SwatchRow {
+    fn of(painter: &Painter, swatches: &[(Vec<Mark>, String)]) -> Self {
+        let mut row = Self { marks: Vec::new(), names: Vec::new(), width: 0.0 };
+        for (marks, name) in swatches {
+            let mut left = if row.names.is_empty() { 0.0 } else { row.width + SWATCH_GAP };
+            for &mark in marks {
+                row.marks.push((left, mark));
+                left += mark.size().x + MARK_GAP;
+            }
+            left += MARK_GAP;
+            let name = laid_out(painter, name);
+            row.width = left + name.size().x;
+            row.names.push((left, name));
+        }
+        row
+    }
+
+    fn paint(self, painter: &Painter, place: Rect, dim: Color32) {
+        for (left, mark) in self.marks {
             let (size, [r, g, b]) = (mark.size(), mark.color);
-            let swatch = Rect::from_min_size(pos2(left, place.center().y - size.y * 0.5), size);
+            let swatch = Rect::from_min_size(pos2(place.left() + left, place.center().y - size.y * 0.5), size);
             // The outline shows a white swatch on a light ground.
             let outline = Stroke::new(1.0, dim.gamma_multiply(0.7));
             painter.rect(swatch, CornerRadius::same(2), Color32::from_rgb(r, g, b), outline, StrokeKind::Outside);
-            left += size.x + MARK_GAP;
         }
-        let text = painter.text(pos2(left + MARK_GAP, place.center().y), Align2::LEFT_CENTER, name, font.clone(), dim);
-        left = text.right() + SWATCH_GAP;
+        for (left, name) in self.names {
+            painter.galley(pos2(place.left() + left, place.center().y - name.size().y * 0.5), name, dim);
+        }
     }
 }
 

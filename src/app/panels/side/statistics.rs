@@ -14,6 +14,7 @@ use crate::app::state::{AppState, Derived, Presented};
 use crate::app::widgets::{Header, Statistic, Tip as _, section, statistic, value_text};
 use crate::app::{format, theme};
 use crate::budget::format_bytes;
+use crate::catalog::numbers::rows::EPO;
 use crate::catalog::numbers::{Direction, NUMBERS, Number, Section};
 use crate::catalog::terms;
 use crate::scene::Scene;
@@ -239,6 +240,7 @@ fn numbers(ui: &mut Ui, state: &mut AppState, shown: &Presented, section: Sectio
     for number in NUMBERS.iter().filter(|number| number.panel == Some(section)) {
         let value = match (number.get)(&reading) {
             Some(value) => format::of_number(number, &value),
+            None if number == EPO && !shown.accel.has_epo() => continue,
             None if number.compared.is_some() => "…".to_owned(),
             None => continue,
         };

@@ -3,13 +3,13 @@
 mod plot;
 mod state;
 
-pub use state::MotionView;
+pub use state::{MotionQuantity, MotionView};
 
 use std::sync::Arc;
 
 use egui::{self, Align, Key, Layout, RichText, Sense, Slider, Ui, WidgetInfo, vec2};
 
-use self::state::{MotionCurves, MotionInputs, MotionQuantity, PolicyCurve};
+use self::state::{MotionCurves, MotionInputs, PolicyCurve};
 use crate::accel::{Accel, Follow};
 use crate::app::state::{AppState, ViewState as _};
 use crate::app::studies::{Studies, StudyPlan};

@@ -8,6 +8,8 @@ use egui::{
 use super::state::{MotionQuantity, MotionView, PolicyCurve};
 use crate::app::state::AppState;
 use crate::app::views::axes::{Axes, Lettering, rest};
+use crate::app::views::parts::NO_OVERLAP;
+use crate::app::widgets::empty_view;
 use crate::app::{format, theme};
 use crate::lab::motion::{FrameCost, MotionRow, cheaper_in, cheapest, factor, least, pays_from};
 use crate::lab::plot::{Axis, COLORS, Scale};
@@ -48,6 +50,10 @@ pub(super) fn show(ui: &mut Ui, view: &MotionView, state: &mut AppState, curves:
         let point = |row: &MotionRow| Some([seconds(row), quantity.of(row, rays)?]);
         curve.rows.iter().filter_map(point).collect()
     };
+    if quantity == MotionQuantity::Epo && first.rows.iter().all(|row| row.epo.is_none()) {
+        empty_view(ui, NO_OVERLAP);
+        return;
+    }
     let points: Vec<Vec<[f64; 2]>> = drawn.iter().map(|curve| values(curve)).collect();
     let all = || points.iter().flatten();
     let across = match &first.rows[..] {

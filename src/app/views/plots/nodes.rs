@@ -45,14 +45,16 @@ fn counts(ui: &mut Ui, scatter: &VisitScatter, shown: &Presented) {
         [sums.rays, sums.root_hits, sums.entering_rays.unwrap_or(0)].map(|count| format::count(u64::from(count)));
     let each = |visits: f64| format::significant(visits / f64::from(sums.root_hits.max(1)));
     let text = format!(
-        "{}: {hits} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {} · {} never visited · {entering} enter the scene's box: {} tests each",
+        "{}: {hits} of {rays} rays enter the root · {} visits each, {} predicted · cost {}, SAH {} · {} never visited · {entering} enter the scene's box{}",
         sums.population.label(),
         each(sums.visits as f64),
         each(sums.predicted_visits),
         format::significant(sums.cost),
         format::significant(f64::from(shown.accel.report.stats.sah_cost)),
         format::counted(scatter.never as u64, "node"),
-        sums.tests_per_entering_ray.map_or_else(|| "–".to_owned(), format::significant),
+        // Of copies there are none: those below the tree over them are counted elsewhere.
+        sums.tests_per_entering_ray
+            .map_or_else(String::new, |tests| format!(": {} tests each", format::significant(tests))),
     );
     let tip = format!(
         "{}. Cost: what the tests of a ray that enters the root cost, in the unit of the SAH cost, which predicts it. {} with less than one predicted visit are not drawn",

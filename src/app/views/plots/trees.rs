@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{self, Button, Color32, CursorIcon, Rect, Role, ScrollArea, Sense, Shape, Stroke, Ui, WidgetInfo, vec2};
 
-use super::state::{PlotsView, PlottedTree, TreeQuality, TreeSet};
+use super::state::{PlotKind, PlotsView, PlottedTree, TreeQuality, TreeSet};
 use crate::app::state::paper::settings_of;
 use crate::app::state::{AppState, Presented, SecondTree, TreeSide};
 use crate::app::views::axes::{Axes, Lettering, rest};
@@ -179,7 +179,10 @@ fn missing(ui: &mut Ui, view: &PlotsView, state: &AppState, shown: &Presented, c
         return false;
     }
     let of_rays = parts::no_rays(state, shown);
+    let needs_overlap =
+        view.kind == PlotKind::Prediction || view.kind == PlotKind::Speed && view.quality == TreeQuality::Epo;
     let text = match (view.set, &state.activity.measure) {
+        _ if needs_overlap && !shown.accel.has_epo() => parts::NO_OVERLAP,
         (TreeSet::Session, _) => of_rays.unwrap_or("Counting the visits"),
         (_, Some(_)) => "Measuring: the first trees appear after the first repetition",
         (_, None) => "These trees were not measured yet on this model",
