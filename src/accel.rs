@@ -545,7 +545,7 @@ impl Accel {
         Ok(self.known_epo())
     }
 
-    /// Whether it has an end-point overlap: a tree over copies does not have the surface.
+    /// Whether the tree has an end-point overlap: one over copies does not have their surface.
     pub const fn has_epo(&self) -> bool {
         self.levels.is_none()
     }
